@@ -7,7 +7,7 @@ INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --con
 BLENDER = .venv-blender/bin/python
 NEWTON = .venv-newton/bin/python
 
-# the judges of the simulator, where `make judges-install` has put them (docs/ground_truth.md)
+# the engines that the simulator is compared with, installed by `make judges-install` (docs/ground_truth.md)
 ifneq ($(wildcard $(BLENDER)),)
 export HEMLINE_BLENDER_PYTHON ?= $(abspath $(BLENDER))
 endif
@@ -34,17 +34,17 @@ $(VENV)/.docs: $(VENV)/.base
 	$(INSTALL) --editable '.[docs]'
 	touch $@
 
-# the shipped cape on a shipped run, the shipped T-shirt on three bodies: .glb, .webp, report.json in out/demo
+# plays the shipped cape and the shipped T-shirt on three bodies: .glb, .webp and report.json in out/demo
 demo: $(VENV)/.base
 	$(BIN)/hemline demo --out out/demo
 
-# the same from nothing: simulate, fit, animate, evaluate on a small budget
+# simulates, fits, animates and evaluates a light cape in a few minutes
 demo-from-nothing: $(VENV)/.learn
 	$(BIN)/hemline demo --from-nothing --out out/demo-from-nothing
 
-# one process a core, a file of tests to each at a time: what a file makes for all its tests is made once; kernels are
-# compiled before, for one thread as the tests use them, lest each process compiles them all; files go out in their own
-# order, lest a slow one comes last
+# one process per core, each with one file of tests at a time, as fixtures are shared within a file; kernels are compiled
+# before, for the single thread that tests use, so that the processes do not compile them again; files keep their order,
+# so that no slow one comes last
 test: $(VENV)/.dev
 	NUMBA_NUM_THREADS=1 $(BIN)/hemline warmup --jobs 2
 	$(BIN)/python -m pytest -m "not slow" --numprocesses auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
@@ -52,8 +52,8 @@ test: $(VENV)/.dev
 test-all: $(VENV)/.dev
 	$(BIN)/python -m pytest
 
-# the tests on each Python at hand, 3.11 to 3.13, and once with the lowest versions that pyproject.toml allows, each in
-# an environment of its own and without PyTorch, whose tests are skipped aloud; HEMLINE_TORCH=1 takes it along
+# the tests with each installed Python from 3.11 to 3.13, and once with the lowest versions that pyproject.toml allows, each
+# in its own environment without PyTorch, whose tests are reported as skipped; HEMLINE_TORCH=1 includes it
 test-pythons:
 	$(PYTHON) tools/pythons.py
 
@@ -62,15 +62,15 @@ check: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
-# the pages as a site, in out/site/index.html
+# the documentation as a site, in out/site/index.html
 site: $(VENV)/.docs
 	$(BIN)/mkdocs build --quiet --strict
 
-# all figures of this machine, into benchmarks/results
+# times all benchmarks of `hemline bench` on this machine, into benchmarks/results
 bench: $(VENV)/.base
 	$(BIN)/hemline bench --all --record benchmarks/results
 
-# Blender's cloth (800 MB, Python 3.11) and Newton, each in an environment of its own
+# Blender's cloth (800 MB, needs Python 3.11) and Newton, each in an environment of its own
 judges-install: $(BLENDER) $(NEWTON)
 
 $(BLENDER):
@@ -81,9 +81,9 @@ $(NEWTON):
 	$(PYTHON) -m venv .venv-newton
 	$@ -m pip install --quiet --disable-pip-version-check 'newton==1.8.*'
 
-# figures and pictures of docs/ground_truth.md
+# compares the simulator with Blender's cloth and Newton: figures and pictures of docs/ground_truth.md
 judges: $(VENV)/.base
-	$(BIN)/python -m benchmarks.judges --pictures
+	$(BIN)/python -m benchmarks.reference_engines --pictures
 
 clean:
 	rm -rf $(VENV) out build dist

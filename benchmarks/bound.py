@@ -1,10 +1,11 @@
-"""What bounds the simulator: `python -m benchmarks.bound`.
+"""Compares the solver with the memory bandwidth: `python -m benchmarks.bound`.
 
-One system of conjugate gradients of the cape (12,690 vertices) and of the light one is caught in a step and solved
-again and again; its bytes an iteration over its time is compared with the rate at which a plain sum reads as many
-bytes from an array of that size, on as many threads. One JSON line each goes to benchmarks/results/bound.jsonl.
+A linear system of the cape (12,690 vertices) and of the light cape is captured in a step and solved repeatedly. The
+time of an iteration of conjugate gradients is compared with the time of a plain sum over as many bytes, on as many
+threads. Writes one JSON line per garment and number of threads to benchmarks/results/bound.jsonl.
 """
 
+import argparse
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -23,50 +24,50 @@ from hemline.sim.solver.layout import Pattern
 
 RESULTS = Path(__file__).parent / "results" / "bound.jsonl"
 REPEATS, ITERATIONS = 15, 100
-PATTERN, BAND, TOLERANCE, MOST = 0, 2, 5, 6
-"""Places of those among the arguments of the solver."""
+PATTERN, BAND, TOLERANCE, MAX_ITERATIONS = 0, 2, 5, 6
+"""Indices of arguments of the solver."""
 
 
-class Caught(Exception):
-    """The arguments of one solve."""
+class CapturedSolve(Exception):
+    """Carries the arguments of a solve out of a simulation."""
 
 
 def system(name: str) -> tuple[tuple, Pattern]:
-    """The arguments of the first solve of a garment that starts to fall, copied, and its pattern."""
+    """Returns copies of the arguments of the first solve of a falling garment, and its pattern."""
     garment = garments.load(name)
     shaped = bodies.load(garment.body_name).shaped()
     solve = solving.conjugate_gradients
 
     def catch(*arguments):
-        raise Caught(tuple(copied(each) for each in arguments))
+        raise CapturedSolve(tuple(map(copy_argument, arguments)))
 
     solving.conjugate_gradients = catch
     try:
         motion = shaped.placed(motions.load("run"))[:1]
         sim.simulate(garment, shaped, motion, sim.SimSettings(self_contact=False))
-    except Caught as caught:
+    except CapturedSolve as caught:
         return caught.args[0], Pattern(*caught.args[0][PATTERN])
     finally:
         solving.conjugate_gradients = solve
     raise RuntimeError("no step was taken")
 
 
-def copied(value):
-    """An argument of the solver, all of its arrays copied."""
+def copy_argument(value):
+    """Copies an argument of the solver with all of its arrays."""
     if isinstance(value, tuple):
-        return tuple(copied(each) for each in value)
+        return tuple(map(copy_argument, value))
     return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def bytes_of(pattern: Pattern) -> int:
-    """Bytes that an iteration works on: matrix, preconditioner, four vectors; each at least once."""
+    """Returns the bytes that an iteration works on: matrix, preconditioner and four vectors, each counted once."""
     slots, ring, far = len(pattern.vertex), len(pattern.ring), len(pattern.far)
     return 40 * ring + 8 * far + 72 * slots + 4 * 16 * slots
 
 
 @njit(parallel=True, fastmath=True)
 def read(values, sums):
-    # four streams, so that no addition waits for the one before
+    # four independent sums, so that no addition waits for the one before
     for part in prange(sums.shape[0]):
         a, b, c, d = values[part, 0], values[part, 1], values[part, 2], values[part, 3]
         one = two = three = four = np.float32(0)
@@ -79,7 +80,7 @@ def read(values, sums):
 
 
 def seconds(work: Callable[[], object]) -> float:
-    """Median time of a piece of work that is done ITERATIONS times over."""
+    """Returns the median time of one of ITERATIONS repetitions of some work [s]."""
     return milliseconds(work, REPEATS)[1] / 1000 / ITERATIONS
 
 
@@ -87,7 +88,7 @@ def row(name: str, threads: int) -> dict:
     arguments, pattern = system(name)
     use_threads(threads)
     solve = [*arguments]
-    solve[TOLERANCE], solve[MOST] = 1e-30, ITERATIONS
+    solve[TOLERANCE], solve[MAX_ITERATIONS] = 1e-30, ITERATIONS
     took = seconds(lambda: solving.conjugate_gradients(*solve))
     size = bytes_of(pattern)
     values = np.zeros((size // 4096, 4, 256), np.float32)
@@ -110,10 +111,10 @@ def row(name: str, threads: int) -> dict:
 
 
 def main() -> None:
-    most = available()
+    argparse.ArgumentParser(description=__doc__).parse_args()
     with RESULTS.open("w") as stream:
         for name in ("cape-light", "cape"):
-            for threads in range(1, most + 1):
+            for threads in range(1, available() + 1):
                 line = row(name, threads)
                 print(json.dumps(line), flush=True)
                 stream.write(json.dumps(line | {"machine": machine(), "commit": commit()}) + "\n")

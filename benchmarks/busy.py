@@ -1,10 +1,11 @@
-"""Real time and simulation while the machine does something else: `python -m benchmarks.busy`.
+"""Measures playback and simulation on a busy machine: `python -m benchmarks.busy`.
 
-Beside none, one and two programs that never rest, by one thread (as `live` ships) and by all (as `simulate` does): 90
-frames of a walk played by `live` with the light T-shirt, and 20 frames of a run simulated with it. Prints a table:
-median and worst frame [ms], time of the simulation [s].
+Plays 90 frames of a walk by `live` with the light T-shirt and simulates 20 frames of a run, beside zero, one and two
+programs that never rest, with one thread and with all. Prints a table with the median and the worst frame [ms] and the
+time of the simulation [s].
 """
 
+import argparse
 import subprocess
 import sys
 import time
@@ -19,13 +20,13 @@ from hemline.bench.machine import commit, machine
 from hemline.compiled import available, use_threads
 
 FRAMES = 90
-BESIDE = (0, 1, 2)
+LOADS = (0, 1, 2)
 LOOP = "while True: pass"
 
 
 @contextmanager
 def busy(count: int) -> Iterator[None]:
-    """Run programs that never rest beside what is in the block."""
+    """Runs programs that never rest while the block is executed."""
     loops = [subprocess.Popen([sys.executable, "-c", LOOP]) for _ in range(count)]
     try:
         yield
@@ -36,18 +37,19 @@ def busy(count: int) -> Iterator[None]:
 
 
 def main() -> None:
-    """Print the table."""
+    """Measures and prints the table."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     body, walk = hemline.bodies.load("anny24").shaped(), hemline.motions.load("walk")
     shirt = hemline.load("live").animator_for(hemline.garments.load("tshirt-light"), body)
     print(f"{machine()}, commit {commit()}\n")
     print("| threads | programs beside | median ms | worst ms | simulation s |\n|---|---|---|---|---|")
-    garment, run = hemline.garments.load("tshirt-light"), body.placed(hemline.motions.load("run").resampled(30))[:20]
+    garment, run = hemline.garments.load("tshirt-light"), body.placed(hemline.motions.load("run").resample(30))[:20]
     rest = sim.rest_drape(garment, body, sim.SimSettings())
     for count in dict.fromkeys((1, available())):
         use_threads(count)
         list(hemline.play(shirt, body, walk[:3]))
         sim.simulate(garment, body, run[:2], sim.SimSettings(), start=rest)
-        for beside in BESIDE:
+        for beside in LOADS:
             with busy(beside):
                 frames = hemline.play(shirt, body, walk[:FRAMES])
                 times = [sum(frame.milliseconds.values()) for frame in frames]

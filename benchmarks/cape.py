@@ -1,12 +1,12 @@
-"""How good the shipped cape is on clips outside its fit: `python -m benchmarks.cape [DATASET]`.
+"""Measures the shipped cape on clips outside its fit: `python -m benchmarks.cape [DATASET]`.
 
-Without a dataset: the six shipped excerpts, played by the model's own ropes; vertices inside the body are counted by
-libigl's winding number, in every frame. With the dataset of the fit: its test split as well, driven by simulated bones
-and by the model's own, against the simulation. One JSON line a clip goes to benchmarks/results/cape-quality.jsonl.
+Plays the six shipped excerpts, and counts vertices inside the body by libigl's winding number in every frame. With the
+dataset of the fit it also compares the test split with the simulation, driven by simulated bones and by the model's
+own. Writes one JSON line per clip to benchmarks/results/cape-quality.jsonl.
 """
 
+import argparse
 import json
-import sys
 from pathlib import Path
 
 import igl
@@ -18,8 +18,8 @@ from hemline.bench.machine import commit, machine
 RESULTS = Path(__file__).parent / "results" / "cape-quality.jsonl"
 
 
-class JudgedByLibigl:
-    """Counts vertices inside after the projection with another library's winding number."""
+class LibiglCounter:
+    """Counts vertices inside the body after the projection with libigl's winding number."""
 
     def __init__(self):
         self.inside, self.frames = 0, 0
@@ -38,22 +38,25 @@ class JudgedByLibigl:
 
 
 def row(cape, body, motion, **options):
-    judge = JudgedByLibigl()
-    figures = hemline.evaluate(cape, body, motion, keep=judge, **options).figures
-    kept = ("drive", "frames", "vertex_error_mm", "inside_percent", "deepest_mm", "edge_strain", "jerk_m_s3")
+    counter = LibiglCounter()
+    figures = hemline.evaluate(cape, body, motion, keep=counter, **options).figures
+    names = ("drive", "frames", "vertex_error_mm", "inside_percent", "deepest_mm", "edge_strain", "jerk_m_s3")
     return (
         {"clip": motion.name, "source": motion.source}
-        | {k: figures[k] for k in kept}
-        | {"inside_by_libigl": judge.inside}
+        | {name: figures[name] for name in names}
+        | {"inside_by_libigl": counter.inside}
     )
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("dataset", nargs="?", help="Dataset of the fit, whose test split is measured too.")
+    options = parser.parse_args()
     cape = hemline.load("cape")
     body = hemline.bodies.load(cape.body_name).shaped()
-    rows = [row(cape, body, hemline.motions.load(name)) for name in hemline.motions.rigs.names()]
-    if len(sys.argv) > 1:
-        dataset = hemline.datasets.open_dataset(sys.argv[1])
+    rows = [row(cape, body, hemline.motions.load(name)) for name in hemline.motions.names()]
+    if options.dataset:
+        dataset = hemline.datasets.open_dataset(options.dataset)
         for held_out in dataset.split("test"):
             motion = dataset.take(held_out).motion
             rows += [row(cape, body, motion, truth=dataset, drive=drive) for drive in ("truth", "own")]

@@ -1,4 +1,4 @@
-"""The recordings of ../shared/data/motion, and the most violent stretch of each."""
+"""Recordings of ../shared/data/motion, and the most violent section of each."""
 
 from pathlib import Path
 
@@ -10,27 +10,27 @@ from hemline.motions.motion import Motion
 MOTION = Path(__file__).parents[2] / "shared" / "data" / "motion"
 
 
-def every_clip() -> list[Path]:
-    """All BVH files, by name."""
+def all_clips() -> list[Path]:
+    """Returns all BVH files, by name."""
     return sorted(MOTION.rglob("*.bvh"))
 
 
-def spread(files: list[Path], count: int) -> list[Path]:
-    """So many of the files, evenly over the list."""
+def select_evenly(files: list[Path], count: int) -> list[Path]:
+    """Returns `count` of the files, evenly spaced over the list."""
     return [files[int(index)] for index in np.linspace(0, len(files) - 1, min(count, len(files)))]
 
 
-def fastest(file: Path, seconds: float, fps: float = 30.0) -> Motion:
-    """The stretch of a recording, without jumps, in which the joints turn most; all of it where it is shorter.
+def fastest_section(file: Path, seconds: float, fps: float = 30.0) -> Motion:
+    """Returns the section of a recording, without jumps, in which the joints rotate most.
 
     Args:
         file: The recording.
-        seconds: Length of the stretch [s].
-        fps: Frames a second of the result.
+        seconds: Length of the section [s]; shorter recordings are returned whole.
+        fps: Frame rate of the result [frames/s].
     """
     motion = motions.read(file)
     first, last = motions.longest_clean(motion)
-    motion = motion[first:last].resampled(fps)
+    motion = motion[first:last].resample(fps)
     count = min(round(seconds * fps), len(motion))
     turned = np.abs(np.diff(motion.rotations, axis=0)).sum(axis=(1, 2))
     window = np.convolve(turned, np.ones(count - 1), "valid") if count > 1 else np.zeros(1)

@@ -1,16 +1,16 @@
-"""What a second worker brings, and what a farm would cost: `python -m benchmarks.cluster [GARMENT]`.
+"""Measures the speed-up of a second dask worker, and estimates a cluster: `python -m benchmarks.cluster [GARMENT]`.
 
-Workers of dask on this machine, one thread each. The same takes are made by one worker and by two, in turn, so that
-both meet the same load; the medians are compared. From the seconds a frame that the workers took, the bytes a frame and
-the seconds that this process needs to write them follows what 10,000 takes of five seconds and 1,000 garments of eight
-takes of four seconds cost. One JSON line goes to benchmarks/results/cluster.jsonl.
+Workers run on this machine with one thread each. One worker and two make the same takes in alternation, so that both
+meet the same load, and the medians are compared. Time per frame, bytes per frame and time of writing give the cost of
+10,000 takes of five seconds, and of 1,000 garments with eight takes of four seconds. Writes one JSON line to
+benchmarks/results/cluster.jsonl.
 """
 
+import argparse
 import json
 import os
 import shutil
 import statistics
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -20,34 +20,36 @@ from distributed import Client, LocalCluster
 from hemline import garments, motions
 from hemline.bench.machine import commit, machine
 from hemline.datasets import Dataset, open_dataset, read_take
-from hemline.sim import Clip, SimSettings, produce
+from hemline.sim import ClipRequest, SimSettings, produce
 
 RESULTS = Path(__file__).parent / "results" / "cluster.jsonl"
 CLIPS = ("walk", "dance", "run", "kick", "jump", "turn")
 STARTS, SECONDS, ROUNDS = (0.0, 1.0), 0.5, 2
-"""Of the takes, two of each clip: with few of them the worker that gets the longest one last is waited for."""
+"""Start times and length of the takes, two per clip [s], and number of rounds."""
 SETTINGS = SimSettings(lead_in=0.3)
 
 
 def main() -> None:
-    """Measure, print, record."""
-    name = sys.argv[1] if len(sys.argv) > 1 else "cape-light"
+    """Measures, prints and records."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("garment", nargs="?", default="cape-light", help="Garment to simulate (default: cape-light).")
+    name = parser.parse_args().garment
     garment = garments.load(name)
     taken: dict[int, list[float]] = {1: [], 2: []}
     with tempfile.TemporaryDirectory() as scratch:
         produce(Path(scratch) / "settled", garment, [], settings=SETTINGS)
-        for round_ in range(ROUNDS + 1):  # the first one is not counted
+        for round_ in range(ROUNDS + 1):  # the first round is not counted
             for workers in taken:
                 folder = Path(scratch) / f"{round_}-{workers}"
                 shutil.copytree(Path(scratch) / "settled", folder)
-                seconds = made_by(workers, folder, garment)
+                seconds = time_workers(workers, folder, garment)
                 if round_:
                     taken[workers].append(seconds)
                 print(f"round {round_}, {workers} workers: {seconds:.1f} s, load {os.getloadavg()[0]:.1f}", flush=True)
         dataset = open_dataset(folder)
         lines = (folder / "timings.jsonl").read_text().splitlines()
         frames, seconds = (sum(json.loads(line)[key] for line in lines) for key in ("frames", "seconds"))
-        size, writing = written(dataset)
+        size, writing = write_cost(dataset)
     frame, byte, write = seconds / frames, size / frames, writing / frames
     row = {
         "garment": name,
@@ -69,9 +71,9 @@ def main() -> None:
         stream.write(json.dumps(row) + "\n")
 
 
-def made_by(workers: int, folder: Path, garment: garments.Garment) -> float:
-    """Seconds that so many workers take for all clips, the rest state and their start not counted."""
-    clips = [Clip(part(name, start), motions.subject_of(name)) for start in STARTS for name in CLIPS]
+def time_workers(workers: int, folder: Path, garment: garments.Garment) -> float:
+    """Returns the time that workers take for all clips, without the rest state and their start [s]."""
+    clips = [ClipRequest(part(name, start), motions.subject_of(name)) for start in STARTS for name in CLIPS]
     with (
         LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=":0", scheduler_port=0) as cluster,
         Client(cluster, set_as_default=False) as client,
@@ -84,22 +86,22 @@ def made_by(workers: int, folder: Path, garment: garments.Garment) -> float:
 
 
 def part(name: str, start: float) -> motions.Motion:
-    """Half a second of a clip."""
+    """Returns half a second of a clip."""
     motion = motions.load(name)
     first, count = round(start * motion.fps), round(SECONDS * motion.fps) + 1
     return motion[first : first + count]
 
 
 def warm(folder: Path) -> None:
-    """Make a take of two frames, so that code and kernels are loaded."""
-    walk = Clip(motions.load("walk")[:2], motions.subject_of("walk"))
+    """Makes a take of two frames, so that code and kernels are loaded."""
+    walk = ClipRequest(motions.load("walk")[:2], motions.subject_of("walk"))
     with tempfile.TemporaryDirectory() as scratch:
         shutil.copytree(folder, Path(scratch) / "warm")
         produce(Path(scratch) / "warm", open_dataset(folder).garment, [walk], settings=SETTINGS)
 
 
-def written(dataset: Dataset) -> tuple[int, float]:
-    """Bytes of all takes of clips, and seconds that writing and indexing them takes."""
+def write_cost(dataset: Dataset) -> tuple[int, float]:
+    """Returns the bytes of all takes of clips, and the time to write and index them [s]."""
     files = [dataset.path(row.name) for row in dataset.clips()]
     takes = [read_take(file) for file in files]
     began = time.perf_counter()
@@ -110,7 +112,7 @@ def written(dataset: Dataset) -> tuple[int, float]:
 
 
 def cost(takes: int, seconds: float, frame: float, byte: float, write: float) -> dict[str, float]:
-    """Of so many takes of so many seconds, lead-in included."""
+    """Estimates the cost of takes of some length, lead-in included."""
     settings = SimSettings()
     frames = takes * settings.fps * (seconds + settings.lead_in)
     return {

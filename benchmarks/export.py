@@ -1,11 +1,9 @@
-"""Sizes, errors and times of the export formats, for ten seconds of the shipped cape: `docs/export.md`.
+"""Measures sizes, errors and times of the export formats for `docs/export.md`: `python -m benchmarks.export [CLIP]`.
 
-    python -m benchmarks.export ../shared/data/motion/05_04.bvh
-
-plays the cape at 30 fps and writes every format into a temporary folder. Without a clip: the shipped dance, 7 s.
+Plays ten seconds of the shipped cape at 30 fps and writes every format into a temporary folder.
 """
 
-import sys
+import argparse
 import tempfile
 import time
 from pathlib import Path
@@ -19,7 +17,7 @@ from hemline.collide import inside
 from hemline.export import Clip, skin_clip, write
 from hemline.playback import play, record
 
-WAYS = (
+VARIANTS = (
     ("npz", False, False),
     ("glb", False, False),
     ("glb", False, True),
@@ -32,11 +30,11 @@ WAYS = (
     ("mdd", False, False),
     ("obj", False, False),
 )
-"""Ending, skinned, quantised."""
+"""Ending, and whether the garment is skinned and quantised."""
 
 
-def played(name: str) -> Clip:
-    """Ten seconds of the shipped cape on a clip."""
+def play_cape(name: str) -> Clip:
+    """Plays ten seconds of the shipped cape on a clip."""
     motion = cut(motions.open_motion(name), 0.0, 10.0)
     cape, body = open_model("cape", None, None, ())
     frames = play(cape, body, motion, fps=30)
@@ -44,19 +42,22 @@ def played(name: str) -> Clip:
 
 
 def inside_percent(clip: Clip) -> tuple[float, float]:
-    """Vertices of the skinned garment inside the body, on every fifteenth frame: mean and worst."""
-    skeleton, found = clip.skin.skeleton, []
+    """Returns mean and maximum of skinned vertices inside the body, on every 15th frame [percent]."""
+    skeleton, percents = clip.skin.skeleton, []
     points = np.concatenate([skeleton.vertices, np.ones((len(skeleton.vertices), 1))], axis=1)
     for frame in range(0, clip.frame_count, 15):
         moved = np.einsum("vkrc,vc->vkr", skeleton.transforms[frame][skeleton.weight_indices], points)
         vertices = np.einsum("vk,vkr->vr", skeleton.weights, moved).astype(np.float32)
-        found.append(100 * inside(clip.body_vertices[frame], clip.body_faces, vertices).mean())
-    return float(np.mean(found)), float(np.max(found))
+        percents.append(100 * inside(clip.body_vertices[frame], clip.body_faces, vertices).mean())
+    return float(np.mean(percents)), float(np.max(percents))
 
 
-def main(name: str) -> None:
-    """Print the table."""
-    clip = played(name)
+def main() -> None:
+    """Measures and prints the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("clip", nargs="?", default="dance", help="Clip to play (default: dance, 7 s).")
+    name = parser.parse_args().clip
+    clip = play_cape(name)
     print(f"{name}: {clip.frame_count} frames of {clip.vertices.shape[1]} + {clip.body_vertices.shape[1]} vertices")
     for bones in (20, 40, 120):
         skin = skin_clip(clip, bones).skin
@@ -68,7 +69,7 @@ def main(name: str) -> None:
     print(f"| {skin.bone_count} bones | {errors} | {fitted:.1f} s |")
     print("| vertices of it inside the body: mean {:.2f} %, worst frame {:.2f} % |".format(*inside_percent(with_skin)))
     with tempfile.TemporaryDirectory() as folder:
-        for ending, bones, quantized in WAYS:
+        for ending, bones, quantized in VARIANTS:
             started = time.perf_counter()
             paths = write(Path(folder) / f"cape.{ending}", with_skin if bones else clip, quantized=quantized)
             seconds = time.perf_counter() - started
@@ -80,4 +81,4 @@ def main(name: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "dance")
+    main()

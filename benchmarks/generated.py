@@ -1,9 +1,8 @@
-"""65 generated garments, 13 of each kind, settled on the mean body: `python -m benchmarks.generated`.
+"""Settles 65 generated garments, 13 of each kind, on the mean body: `python -m benchmarks.generated`.
 
-Each random design (seeds 0 to 12) is made with edges of 35 mm, settled by the simulator and judged as `hemline tryon`
-judges. One JSON line a garment goes to benchmarks/results/generated.jsonl, the settled cloth to out/generated. Lines
-of the same design are not made again, so a run that was stopped goes on. `--kinds` limits the kinds, `--table` prints
-what is there, `--sheet` draws docs/generated.webp from it.
+Each random design (seeds 0 to 12) is made with edges of 35 mm, settled by the simulator and checked as in `hemline
+tryon`. Writes one JSON line per garment to benchmarks/results/generated.jsonl and the settled cloth to out/generated.
+Existing lines of equal designs are kept, so a stopped run continues.
 """
 
 import argparse
@@ -25,34 +24,34 @@ from hemline.tryon import fitness
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "benchmarks" / "results" / "generated.jsonl"
-KEPT = ROOT / "out" / "generated"
+CLOTH_FOLDER = ROOT / "out" / "generated"
 PAGE = ROOT / "docs" / "generated.webp"
 SEEDS, EDGE = range(13), 0.035
 TILE, COLUMNS = (150, 230), 13
 
 
 def rows() -> dict[str, dict]:
-    """The last line of each garment."""
+    """Returns the last line of each garment."""
     if not RESULTS.exists():
         return {}
     return {row["name"]: row for row in map(json.loads, RESULTS.read_text().splitlines())}
 
 
-def work(kinds: list[str]) -> None:
-    """Seed by seed, kind by kind."""
+def measure(kinds: list[str]) -> None:
+    """Measures the missing designs of some kinds."""
     shaped = bodies.load("anny24").shaped()
-    KEPT.mkdir(parents=True, exist_ok=True)
+    CLOTH_FOLDER.mkdir(parents=True, exist_ok=True)
     for seed in SEEDS:
         for kind in kinds:
             design, name = random_design(kind, seed), f"{kind}-{seed}"
-            kept = KEPT / f"{name}.npz"
-            if rows().get(name, {}).get("design") == asdict(design) and kept.exists():
+            file = CLOTH_FOLDER / f"{name}.npz"
+            if rows().get(name, {}).get("design") == asdict(design) and file.exists():
                 continue
             began = time.perf_counter()
             try:
                 garment = generate_garment(design, shaped, edge=EDGE, name=name)
                 made = time.perf_counter()
-                found = fitness(garment, shaped)
+                result = fitness(garment, shaped)
             except HemlineError as error:
                 row = {"reason": str(error)}
             else:
@@ -64,11 +63,11 @@ def work(kinds: list[str]) -> None:
                     "settle_s": round(time.perf_counter() - made, 2),
                     "edge_p1_p50_p99": np.percentile(lengths, [1, 50, 99]).round(2).tolist(),
                     "crossing": len(crossing_edges(garment.vertices, garment.faces)),
-                    "reason": found.reason or "",
-                    **{key: round(value, 4) for key, value in found.figures.items()},
+                    "reason": result.reason or "",
+                    **{key: round(value, 4) for key, value in result.figures.items()},
                 }
-                settled = found.rest.vertices[0] if found.rest else garment.vertices
-                np.savez_compressed(kept, vertices=settled, faces=garment.faces)
+                settled = result.rest.vertices[0] if result.rest else garment.vertices
+                np.savez_compressed(file, vertices=settled, faces=garment.faces)
             line = {"name": name, "design": asdict(design), **row, "machine": machine(), "commit": commit()}
             RESULTS.parent.mkdir(parents=True, exist_ok=True)
             with RESULTS.open("a") as stream:
@@ -77,7 +76,7 @@ def work(kinds: list[str]) -> None:
 
 
 def table() -> None:
-    """One row a kind."""
+    """Prints one row per kind."""
     print("| kind | settle | vertices | made, median | settled, median; worst | sinks, median; most | why not |")
     print("|---|---|---|---|---|---|---|")
     for kind in KINDS:
@@ -96,7 +95,7 @@ def table() -> None:
 
 
 def sheet() -> None:
-    """All of them in rows, a kind each."""
+    """Draws all garments, one row per kind."""
     from PIL import Image
 
     shaped = bodies.load("anny24").shaped()
@@ -104,7 +103,7 @@ def sheet() -> None:
     tiles = []
     for number, kind in enumerate(KINDS):
         for seed in SEEDS:
-            with np.load(KEPT / f"{kind}-{seed}.npz") as cloth:
+            with np.load(CLOTH_FOLDER / f"{kind}-{seed}.npz") as cloth:
                 colour = np.array(
                     [[0.75, 0.2, 0.17], [0.2, 0.4, 0.7], [0.2, 0.55, 0.35], [0.85, 0.6, 0.2], [0.5, 0.3, 0.6]]
                 )
@@ -115,18 +114,18 @@ def sheet() -> None:
 
 
 def main() -> None:
-    """Make what is missing, or show what is there."""
+    """Measures the missing garments, or prints or draws the existing ones."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=KINDS)
-    parser.add_argument("--table", action="store_true")
-    parser.add_argument("--sheet", action="store_true")
-    arguments = parser.parse_args()
-    if arguments.table:
+    parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=KINDS, help="Kinds to make.")
+    parser.add_argument("--table", action="store_true", help="Print the results and make nothing.")
+    parser.add_argument("--sheet", action="store_true", help="Draw docs/generated.webp and make nothing.")
+    options = parser.parse_args()
+    if options.table:
         table()
-    elif arguments.sheet:
+    elif options.sheet:
         sheet()
     else:
-        work(arguments.kinds)
+        measure(options.kinds)
 
 
 if __name__ == "__main__":

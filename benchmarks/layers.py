@@ -1,9 +1,9 @@
-"""Garments over garments, before and after they are kept out of each other: `python -m benchmarks.layers`.
+"""Measures layered garments before and after they are kept apart: `python -m benchmarks.layers`.
 
-Each pair is played twice on a clip: each garment out of the body alone, and the outer one out of the inner one, too.
-Behind is what is inside of the inner garment, closed at its rims (`collide/layers`), counted in every frame by winding
-numbers in float64. Stretch is that of the outer garment's edges. Times are medians, on one thread. Writes
-docs/layers.md and docs/layers.webp; one JSON line a clip goes to benchmarks/results/layers.jsonl.
+Each pair is played twice on a clip: first each garment is kept out of the body alone, then the outer one is kept out
+of the inner one, too. A vertex is behind if it is inside the inner garment, closed at its rims (`collide/layers`), by
+winding numbers in float64. Stretch is that of the outer garment's edges. Times are medians on one thread. Writes
+docs/layers.md and docs/layers.webp, and one JSON line per clip to benchmarks/results/layers.jsonl.
 """
 
 import argparse
@@ -20,7 +20,7 @@ from hemline.bench.machine import commit, machine
 from hemline.collide import LayeredProjector, Projector, inside
 from hemline.collide.layers.closed_cloth import ClosedCloth
 from hemline.garments import load as load_garment
-from hemline.garments import pieces_apart, worn_together
+from hemline.garments import split_pieces, wear_together
 from hemline.meshes import rest_lengths
 
 ROOT = Path(__file__).parents[1]
@@ -30,32 +30,32 @@ PAGE, PICTURE, RESULTS = (
     ROOT / "benchmarks" / "results" / "layers.jsonl",
 )
 COLOURS = ((0.25, 0.45, 0.75), (0.85, 0.55, 0.25))
-"""Of the inner and the outer garment."""
+"""Colours of the inner and the outer garment."""
 FPS = 30.0
 
 
 @dataclass(frozen=True)
 class Case:
-    """An inner and an outer garment, what moves them, and a clip."""
+    """Pair of an inner and an outer garment with the model that plays them and a clip."""
 
     inner: str
     outer: str
     clip: str
     model: str | None = None
-    """A model that takes any garment; None: the models of these names."""
+    """Model that plays any garment; None for the models of these names."""
 
     @property
     def title(self) -> str:
-        """What the page calls it."""
+        """Name of the case on the page."""
         return f"{self.outer} over {self.inner}, {self.clip}"
 
     def animator(self, body: bodies.ShapedBody) -> Animator:
-        """Of both together."""
+        """Returns an animator of both garments together."""
         if self.model is None:
-            return together([own(self.inner), own(self.outer)])
+            return together([load_with_garment(self.inner), load_with_garment(self.outer)])
         model = load(self.model)
         assert isinstance(model, Wearable)
-        return model.animator_for(worn_together([load_garment(self.inner), load_garment(self.outer)]), body)
+        return model.animator_for(wear_together([load_garment(self.inner), load_garment(self.outer)]), body)
 
 
 CASES = (
@@ -69,23 +69,24 @@ CASES = (
 )
 
 
-def own(name: str) -> Animator:
-    """A model with a garment of its own."""
+def load_with_garment(name: str) -> Animator:
+    """Loads a model with a garment of its own."""
     model = load(name)
     assert isinstance(model, Animator)
     return model
 
 
-def measured(case: Case, frames: int) -> tuple[dict[str, Any], np.ndarray]:
-    """The figures of a case, and its frame with most behind: before, after."""
-    body, clip = bodies.load("anny24").shaped(), motions.load(case.clip).resampled(FPS)
+def measure(case: Case, frames: int) -> tuple[dict[str, Any], np.ndarray]:
+    """Returns the figures of a case, and pictures of its worst frame before and after."""
+    body, clip = bodies.load("anny24").shaped(), motions.load(case.clip).resample(FPS)
     player = Player.prepare(case.animator(body), body)
     projector, garment = player.projector, player.garment
     assert isinstance(projector, LayeredProjector)
     alone = replace(
-        player, projector=Projector.prepare(body, garment.vertices, garment.faces, measure=False, on_body=projector.on_body)
+        player,
+        projector=Projector.prepare(body, garment.vertices, garment.faces, measure=False, on_body=projector.on_body),
     )
-    inner, outer = pieces_apart(garment)
+    inner, outer = split_pieces(garment)
     closed, start = ClosedCloth.of(len(inner.vertices), inner.faces), len(inner.vertices)
     edges, lengths = rest_lengths(outer.faces, outer.rest_edges)
     states, rows, strains, times, worst = [each.start(clip[0]) for each in (alone, player)], [], [], [], (-1, None)
@@ -110,7 +111,8 @@ def measured(case: Case, frames: int) -> tuple[dict[str, Any], np.ndarray]:
     made = [_picture(posed, vertices, inner.faces, outer.faces, start) for posed, vertices in worst[1]]
     row = {
         "case": case.title,
-        "by": case.model or " + ".join(part.name for part in (own(case.inner), own(case.outer))),
+        "by": case.model
+        or " + ".join(part.name for part in (load_with_garment(case.inner), load_with_garment(case.outer))),
         "vertices": len(outer.vertices),
         "frames": len(rows),
         "behind_percent": [100 * counts[:, 0].mean(), 100 * counts[:, 0].max()],
@@ -135,10 +137,10 @@ def _picture(posed: bodies.PosedBody, vertices: np.ndarray, inner: np.ndarray, o
 
 
 def page(rows: list[dict[str, Any]]) -> str:
-    """The page."""
+    """Returns the page docs/layers.md."""
     head = (
         "# Garments over garments\n\n"
-        "`hemline animate trousers-light --over skirt -m dance` wears two models together, `hemline animate lag "
+        "`hemline animate trousers-light --over skirt -m dance` plays two models together, `hemline animate lag "
         "--garment trousers-light --over dress-light -m walk`\ntwo garments of one model. Each is kept out of those "
         "beneath it, in the order of `--over`, and out of the body: [how](../src/hemline/collide/layers/README.md).\n"
         "`lag` and `live` settle them together first. Where that fails, as garments go through each other where "
@@ -147,9 +149,9 @@ def page(rows: list[dict[str, Any]]) -> str:
         "![Before and after](layers.webp)\n\n"
         f"Measured on {rows[-1]['machine']}, one thread, commit "
         f"{', '.join(dict.fromkeys(row['commit'] for row in rows))}, by `python -m benchmarks.layers`. "
-        "Behind: share of the outer garment's vertices\ninside of the inner one, closed at its rims; those that are "
-        "left are named by each frame's report (`caught`).\n"
-        "Out of the body alone (before), and out of the inner garment, too (after).\n\n"
+        "Behind: fraction of the outer garment's vertices\ninside the inner one, closed at its rims; the remaining "
+        "ones are listed in each frame's report (`caught`).\n"
+        "Before: kept out of the body alone; after: kept out of the inner garment, too.\n\n"
         "| outer over inner, clip | by | frames | behind before: mean, worst | after: mean, worst | not reported "
         "| inside the body, not pinched | stretch p99, before; after | edges more than 30 % too long "
         "| frame before | added, median |\n|---|---|---|---|---|---|---|---|---|---|---|\n"
@@ -170,27 +172,29 @@ def _line(row: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Measure, print, write."""
+    """Measures, prints and writes."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--frames", type=int, default=150, help="of each clip, at 30 a second")
-    parser.add_argument("--only", nargs="*", metavar="CASE", help="as the page calls them; other rows stay as they are")
-    parser.add_argument("--pictures", type=Path, help="a folder for a picture of each case")
-    given, rows, shown = parser.parse_args(), [], []
-    known = {row["case"]: row for row in map(json.loads, RESULTS.read_text().splitlines())} if given.only else {}
+    parser.add_argument("--frames", type=int, default=150, help="Number of frames of each clip, at 30 frames/s.")
+    parser.add_argument(
+        "--only", nargs="*", metavar="CASE", help="Cases to measure, as named on the page; other rows are kept."
+    )
+    parser.add_argument("--pictures", type=Path, help="Folder for a picture of each case.")
+    options, rows, shown = parser.parse_args(), [], []
+    known = {row["case"]: row for row in map(json.loads, RESULTS.read_text().splitlines())} if options.only else {}
     for case in CASES:
-        if given.only and case.title not in given.only:
+        if options.only and case.title not in options.only:
             rows += [known[case.title]] if case.title in known else []
             continue
-        row, picture = measured(case, given.frames)
+        row, picture = measure(case, options.frames)
         rows.append(row | {"machine": machine(), "commit": commit()})
         shown.append(picture)
-        if given.pictures:
-            given.pictures.mkdir(parents=True, exist_ok=True)
-            pictures.write_png(given.pictures / f"{case.inner}_{case.outer}_{case.clip}.png", picture)
+        if options.pictures:
+            options.pictures.mkdir(parents=True, exist_ok=True)
+            pictures.write_png(options.pictures / f"{case.inner}_{case.outer}_{case.clip}.png", picture)
         print(_line(row), end="", flush=True)
     RESULTS.write_text("".join(json.dumps(row) + "\n" for row in rows))
     PAGE.write_text(page(rows))
-    if not given.only:
+    if not options.only:
         pictures.write_webp(PICTURE, shown, fps=0.5)
 
 

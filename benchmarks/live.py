@@ -1,11 +1,10 @@
-"""Garments simulated while they are shown, against simulations: `python -m benchmarks.live TAKES...`.
+"""Compares `live` with full simulations: `python -m benchmarks.live TAKES...`.
 
-TAKES are datasets of one garment each, on the mean body (`hemline simulate skirt-light -m walk kick -o TAKES`).
-First the fine garment is carried by its own simulated vertices, 500 to 1,500 of them: what the embedding misses. Then
-the coarse garment is simulated at each quality and carries the fine one, before whole cloth and projection; beside it
-the settled drape carried along rigidly with the key joint, and skinned with the weights of the nearest skin. Times are
-those of the animator alone, the smaller of two runs. Prints tables; one JSON line a clip goes to
-benchmarks/results/live_claims.jsonl.
+TAKES are datasets of one garment each on the mean body (`hemline simulate skirt-light -m walk kick -o TAKES`). First,
+500 to 1,500 simulated vertices carry the fine garment, which gives the error of the embedding. Then the proxy mesh is
+simulated at each quality and carries the fine mesh, before whole cloth and projection. Baselines are the settled drape
+moved rigidly with the key joint, and skinned with the weights of the nearest skin. Times are those of the animator
+alone, the smaller one of two runs. Writes one JSON line per clip to benchmarks/results/live_claims.jsonl.
 """
 
 import argparse
@@ -33,27 +32,27 @@ SIZES = (500, 1000, 1500)
 RUNS = 2
 
 
-def apart_mm(one: np.ndarray, other: np.ndarray) -> float:
-    """Mean distance of vertices [mm]."""
+def distance_mm(one: np.ndarray, other: np.ndarray) -> float:
+    """Returns the mean distance of equal vertices [mm]."""
     return 1e3 * float(np.linalg.norm(one.astype(np.float64) - other, axis=-1).mean())
 
 
-def carried_mm(garment: Garment, take: Take) -> dict[int, float]:
-    """What is missed of a take that its own vertices carry, by their number [mm]."""
-    found = {}
+def embedding_error_mm(garment: Garment, take: Take) -> dict[int, float]:
+    """Returns the error of a take whose own vertices carry the fine mesh, by number of carriers [mm]."""
+    results = {}
     for size in SIZES:
         coarse, kept = proxy_of(garment, ProxySize(fewest=size, most=size))
         embedding = Embedding.of(garment, coarse, kept)
-        worn = [take.vertices[frame] for frame in take.clip_frames]
-        found[size] = float(
-            np.mean([apart_mm(embedding.carry_mesh(each[kept].astype(np.float64)), each) for each in worn])
+        fine = [take.vertices[frame] for frame in take.clip_frames]
+        results[size] = float(
+            np.mean([distance_mm(embedding.carry_mesh(each[kept].astype(np.float64)), each) for each in fine])
         )
-    return found
+    return results
 
 
-def simulated(garment: Garment, body: ShapedBody, take: Take) -> dict[str, dict[str, float]]:
-    """Errors [mm] and times [ms] of each quality."""
-    found = {}
+def simulation_figures(garment: Garment, body: ShapedBody, take: Take) -> dict[str, dict[str, float]]:
+    """Returns errors [mm] and times [ms] of each quality."""
+    results = {}
     for quality in QUALITY_LEVELS:
         animator = Live(LiveConfig(quality=quality, most=1000)).animator_for(garment, body)
         spans, errors = [], []
@@ -67,44 +66,44 @@ def simulated(garment: Garment, body: ShapedBody, take: Take) -> dict[str, dict[
                 state, vertices = animator.step(state, posed, 1 / take.motion.fps)
                 spans[-1].append((time.perf_counter() - began) * 1e3)
                 if not take.lead_in[frame]:
-                    errors.append(apart_mm(vertices, take.vertices[frame]))
-        least = np.min(spans, axis=0)
-        found[quality] = {
+                    errors.append(distance_mm(vertices, take.vertices[frame]))
+        fastest = np.min(spans, axis=0)
+        results[quality] = {
             "error_mm": float(np.mean(errors)),
-            "ms": float(np.median(least)),
-            "ms_p95": float(np.percentile(least, 95)),
-            "ms_worst": float(least.max()),
+            "ms": float(np.median(fastest)),
+            "ms_p95": float(np.percentile(fastest, 95)),
+            "ms_worst": float(fastest.max()),
         }
-    return found
+    return results
 
 
 def baselines_mm(garment: Garment, body: ShapedBody, take: Take) -> dict[str, float]:
-    """The settled drape carried along rigidly, and skinned."""
+    """Returns the errors of the settled drape moved rigidly, and skinned [mm]."""
     from scipy.spatial import KDTree
 
     drape = take.vertices[0].astype(np.float64)
     first = body.posed(take.motion[0])
     key, nearest = JOINT_NAMES.index(garment.key_joint), KDTree(first.vertices).query(drape)[1]
     indices, weights = body.body.weight_indices[nearest], body.body.weights[nearest]
-    rest, rigid, skinned = _unposed(first.transforms, indices, weights, drape), [], []
+    rest, rigid, skinned = _rest_positions(first.transforms, indices, weights, drape), [], []
     at_key = (drape - first.transforms[key, :, 3]) @ first.transforms[key, :, :3]
     for frame in take.clip_frames:
         transforms, truth = body.posed(take.motion[int(frame)]).transforms, take.vertices[frame]
-        rigid.append(apart_mm(at_key @ transforms[key, :, :3].T + transforms[key, :, 3], truth))
-        skinned.append(apart_mm(skin_points(transforms, indices, weights, rest.astype(np.float32)), truth))
+        rigid.append(distance_mm(at_key @ transforms[key, :, :3].T + transforms[key, :, 3], truth))
+        skinned.append(distance_mm(skin_points(transforms, indices, weights, rest.astype(np.float32)), truth))
     return {"drape carried rigidly": float(np.mean(rigid)), "drape skinned": float(np.mean(skinned))}
 
 
-def _unposed(transforms: np.ndarray, indices: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Where skinning carries from to these points."""
+def _rest_positions(transforms: np.ndarray, indices: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Returns the rest positions that skinning takes to these points."""
     blended = np.einsum("vk,vkij->vij", weights, transforms[indices]).astype(np.float64)
     return np.linalg.solve(blended[:, :, :3], (points - blended[:, :, 3])[:, :, None])[:, :, 0]
 
 
 def main() -> None:
-    """Measure, print, record."""
+    """Measures, prints and records."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("takes", type=Path, nargs="+")
+    parser.add_argument("takes", type=Path, nargs="+", help="Datasets of one garment each.")
     for folder in parser.parse_args().takes:
         dataset = open_dataset(folder)
         garment, body = dataset.garment, bodies.load(dataset.garment.body_name).shaped()
@@ -115,8 +114,8 @@ def main() -> None:
                 "garment": garment.name,
                 "clip": row.clip,
                 "frames": len(take.clip_frames),
-                "carried_mm": carried_mm(garment, take),
-                "simulated": simulated(garment, body, take),
+                "carried_mm": embedding_error_mm(garment, take),
+                "simulated": simulation_figures(garment, body, take),
                 "baselines_mm": baselines_mm(garment, body, take),
                 "threads": threads(),
                 "machine": machine(),

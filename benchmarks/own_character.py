@@ -1,12 +1,13 @@
-"""From a stranger's rigged character to a GLB in which it dances: `python -m benchmarks.own_character`.
+"""Times the way from a foreign rigged character to a dancing GLB: `python -m benchmarks.own_character [FIT OPTIONS]`.
 
-The character is made by script: a tall, slim shape of the shipped body with Mixamo's names, in centimetres, z up, with
-twist and hair bones, and the shipped dance as its own animation. A generated dress, made on the mean body, stands for a
-stranger's mesh. Then come the five commands of docs/character_in.md, with the time and the processor time of each;
-words on the command line are options of `hemline fit`. Work goes to out/own_character, from nothing each time; one
-JSON line goes to benchmarks/results/own_character.jsonl.
+The character is made by a script: a tall, slim shape of the shipped body with Mixamo's names, in centimetres, z up,
+with twist and hair bones, and the shipped dance as its own animation. A generated dress, made on the mean body,
+represents a foreign mesh. The five commands of docs/character_in.md follow, with the elapsed and the processor time of
+each. Files go to out/own_character, which is emptied first. Writes one JSON line to
+benchmarks/results/own_character.jsonl.
 """
 
+import argparse
 import json
 import os
 import resource
@@ -23,9 +24,9 @@ from scipy.spatial.transform import Rotation
 
 from hemline import bodies, motions
 from hemline.bench.machine import commit, machine
+from tests.bodies.character_samples import CUSTOMS, Sample, write_character
 
 ROOT = Path(__file__).parents[1]
-from tests.bodies.character_samples import CUSTOMS, Sample, write_character  # noqa: E402  # after the path
 
 WORK = ROOT / "out" / "own_character"
 RESULTS = ROOT / "benchmarks" / "results" / "own_character.jsonl"
@@ -41,20 +42,23 @@ COMMANDS = {
 
 
 def main() -> None:
-    """Make the character, run the commands, print, record."""
+    """Makes the character, runs the commands, prints and records."""
+    _, fit_options = argparse.ArgumentParser(
+        description=__doc__, epilog="Further options are passed to hemline fit."
+    ).parse_known_args()
     shutil.rmtree(WORK, ignore_errors=True)
     WORK.mkdir(parents=True)
-    write_character(WORK / "me.glb", stranger())
+    write_character(WORK / "me.glb", make_character())
     run(DRESS.split())
     seconds, processor = {}, {}
     for name, command in COMMANDS.items():
-        words = command.split() + (sys.argv[1:] if name == "fit" else [])
+        words = command.split() + (fit_options if name == "fit" else [])
         seconds[name], processor[name] = run(words)
         load = os.getloadavg()[0]
         print(f"{name}: {seconds[name]:.0f} s, {processor[name]:.0f} s of processor, load {load:.1f}", flush=True)
     run(["animate", "dress-model.safetensors", "-m", "me.glb:dance", "-o", "dressed.png"])
     row = {
-        "fit": sys.argv[1:],
+        "fit": fit_options,
         "seconds": {name: round(each, 1) for name, each in seconds.items()},
         "processor_seconds": {name: round(each, 1) for name, each in processor.items()},
         "minutes": round(sum(seconds.values()) / 60, 1),
@@ -68,12 +72,12 @@ def main() -> None:
         stream.write(json.dumps(row) + "\n")
 
 
-def stranger() -> Sample:
-    """The character, and how it dances: rotations against its rest pose, in the axes of its file."""
+def make_character() -> Sample:
+    """Makes the character with its dance: rotations against its rest pose, in the axes of its file."""
     full = bodies.load()
     shaped = full.shaped(BETAS)
-    none = {"shapedirs": full.shapedirs[:0], "joint_shapedirs": full.joint_shapedirs[:0]}
-    body = replace(full, template=shaped.vertices, joints=shaped.joints, **none)
+    no_shapes = {"shapedirs": full.shapedirs[:0], "joint_shapedirs": full.joint_shapedirs[:0]}
+    body = replace(full, template=shaped.vertices, joints=shaped.joints, **no_shapes)
     dance, z_up = motions.load("dance"), Rotation.from_euler("x", 90, degrees=True)
     to_t_pose = _rotations(full.rest_offsets)
     turns = np.empty((len(dance), len(motions.JOINT_NAMES), 4))
@@ -90,7 +94,7 @@ def _rotations(wxyz: np.ndarray) -> Rotation:
 
 
 def run(words: Sequence[str]) -> tuple[float, float]:
-    """Run `hemline`; seconds that it took, and seconds of processor."""
+    """Runs `hemline`; returns elapsed and processor time [s]."""
     began, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, "-m", "hemline", *words], cwd=WORK, check=True, stdout=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -1,12 +1,12 @@
-"""How fast the page of `hemline view` is in a real browser: pictures a second, and the time from a click to a change.
+"""Measures the page of `hemline view` in a browser: `python -m benchmarks.page [MODEL] [--unpainted]`.
 
-`python -m benchmarks.page [MODEL [unpainted]]` starts the page and an installed chromium with chromedriver
-(selenium), and counts in the page itself which frames of the garment reach the graphics card: each upload of its
-vertices, so what is counted is neither what was sent nor how often the screen was painted.
-Where no graphics card is, chromium paints with the processor: `renderer` says so, and `unpainted` leaves out the
-painting of triangles, which a graphics card would take over, and nothing else.
+Starts the page in an installed chromium with chromedriver (selenium), and prints pictures per second and the time from
+a click to a change. It counts uploads of the garment's vertices to the graphics card within the page, so neither sent
+frames nor repaints of the screen are counted. Without a graphics card, chromium paints on the processor, as `renderer`
+shows; `--unpainted` then skips the painting of triangles alone.
 """
 
+import argparse
 import json
 import shutil
 import statistics
@@ -19,8 +19,9 @@ from selenium import webdriver
 
 from hemline.cli.view import ViewOptions, open_catalog
 from hemline.view import Page, stage
+from hemline.view.requests import Request
 
-SECONDS = 6.0  # less than the clip: its start anew is not counted
+SECONDS = 6.0  # shorter than the clip, whose restart is not counted
 CLICKS = 6
 FLAGS = ("--headless", "--no-sandbox", "--no-first-run", "--window-size=1366,900", "--disable-background-networking")
 COUNT = """
@@ -41,9 +42,9 @@ return gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info').UNMASKED_REN
 """
 
 
-def measured(model: str, *, painted: bool) -> dict:
-    """Pictures a second, gaps between them [ms], latency of a click [ms]."""
-    stage.STORED_FRAMES = 2  # each frame is made; on a page that one looks at, the second round comes out of memory
+def measure(model: str, *, painted: bool) -> dict:
+    """Returns pictures per second, gaps between them [ms] and the latency of a click [ms]."""
+    stage.STORED_FRAMES = 2  # every frame is computed; otherwise the second round comes from memory
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which("chromium") or ""
     for flag in FLAGS:
@@ -57,16 +58,16 @@ def measured(model: str, *, painted: bool) -> dict:
             driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": source})
             driver.get(page.url)
             _until(driver, "return window.uploads.length > 4")
-            time.sleep(4)  # its scale of resolution settles
+            time.sleep(4)  # the page adapts its resolution
             print("measuring", file=sys.stderr, flush=True)
-            page.wishes.put("frame", 0)
-            time.sleep(0.5)  # settled anew there
+            page.requests.put(Request.FRAME, 0)
+            time.sleep(0.5)  # the garment settles again
             driver.execute_script("window.uploads = []")
             time.sleep(SECONDS)
             rows = _pictures(driver)
             gaps = [after - before for before, after in pairwise(rows)]
             clicks = _latency(driver)
-            figures = page.pace.figures()
+            figures = page.throttle.figures()
             _click(driver, "Pause")
             return {
                 "model": model,
@@ -83,15 +84,15 @@ def measured(model: str, *, painted: bool) -> dict:
 
 
 def _latency(driver) -> dict[str, int]:
-    """From a click on Play to the first frame that moved, the page at rest before."""
-    found = []
+    """Returns the time from a click on Play to the first moved frame, starting from a paused page [ms]."""
+    delays = []
     for _ in range(CLICKS):
         _click(driver, "Pause")
         time.sleep(1.0)
         _click(driver, "Play")
         _until(driver, "return window.uploads.length")
-        found.append(driver.execute_script("return window.uploads[0][0] - window.clicked"))
-    return {"median": round(statistics.median(found)), "worst": round(max(found))}
+        delays.append(driver.execute_script("return window.uploads[0][0] - window.clicked"))
+    return {"median": round(statistics.median(delays)), "worst": round(max(delays))}
 
 
 def _click(driver, words: str) -> None:
@@ -101,7 +102,7 @@ def _click(driver, words: str) -> None:
 
 
 def _pictures(driver) -> list[float]:
-    """Times of uploads of different vertices; normals have as many numbers, and lie between -1 and 1 with length 1."""
+    """Returns the times of uploads of different vertices; unit vectors are normals and do not count."""
     seen, times = set(), []
     for moment, *first in driver.execute_script("return window.uploads"):
         if abs(sum(part * part for part in first) - 1) > 1e-3 and tuple(first) not in seen:
@@ -119,4 +120,8 @@ def _until(driver, script: str) -> None:
 
 
 if __name__ == "__main__":
-    print(json.dumps(measured((sys.argv[1:] or ["cape"])[0], painted="unpainted" not in sys.argv), indent=1))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("model", nargs="?", default="cape", help="Model to play (default: cape).")
+    parser.add_argument("--unpainted", action="store_true", help="Skip the painting of triangles.")
+    options = parser.parse_args()
+    print(json.dumps(measure(options.model, painted=not options.unpainted), indent=1))

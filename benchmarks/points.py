@@ -1,9 +1,10 @@
-"""What contact of the body's vertices costs: `python -m benchmarks.points`.
+"""Measures the cost of contact with the body's vertices: `python -m benchmarks.points`.
 
-Both capes on the shipped run without self-contact, with and without that contact by turns; medians of the frames of all
-turns, and their ratio. One JSON line a garment goes to benchmarks/results/points.jsonl.
+Simulates both capes on the shipped run without self-contact, with and without that contact in alternation, and
+compares the median frame times. Writes one JSON line per garment to benchmarks/results/points.jsonl.
 """
 
+import argparse
 import json
 import time
 from pathlib import Path
@@ -20,22 +21,22 @@ FRAMES, TURNS = 30, 3
 
 
 def row(name: str) -> dict:
-    """Time one garment."""
+    """Times one garment."""
     garment = garments.load(name)
     shaped = bodies.load(garment.body_name).shaped()
-    run = shaped.untangled_motion(shaped.placed(motions.load("run").resampled(30)))[:FRAMES]
+    run = shaped.untangle_motion(shaped.placed(motions.load("run").resample(30)))[:FRAMES]
     settings = sim.SimSettings(self_contact=False)
     rest = sim.rest_drape(garment, shaped, settings)
     find, spent, points = BodyPointSearch.find, {True: [], False: []}, []
 
-    def counted(self, *arguments):
-        found = find(self, *arguments)
-        points.append(0 if found is None else len(found))
-        return found
+    def count_points(self, *arguments):
+        contacts = find(self, *arguments)
+        points.append(0 if contacts is None else len(contacts))
+        return contacts
 
     for turn in range(2 * TURNS):
         on = turn % 2 == 0
-        BodyPointSearch.find = counted if on else lambda *_: None
+        BodyPointSearch.find = count_points if on else lambda *_: None
         began = time.perf_counter()
         take = sim.simulate(garment, shaped, run, settings, start=rest)
         spent[on].append(1000 * (time.perf_counter() - began) / len(take.vertices))
@@ -54,6 +55,7 @@ def row(name: str) -> dict:
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__).parse_args()
     with RESULTS.open("w") as stream:
         for name in ("cape-light", "cape"):
             line = row(name)

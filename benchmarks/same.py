@@ -1,10 +1,10 @@
-"""Whether two checkouts make the same bits, and how fast: `python -m benchmarks.same BEFORE [AFTER]`.
+"""Compares two checkouts bit for bit, or their speed: `python -m benchmarks.same BEFORE [AFTER]`.
 
-BEFORE and AFTER are checkouts of this repository (`git worktree add ../before REVISION`); AFTER is this one unless
-given. Each case is a command of the command line or a few lines of the public API, run by both. A case is the same if
-both write the same arrays, under whatever names. `--keep FILE` keeps what BEFORE made, so that it is made once.
-`--speed N` times benchmarks instead, by turns, N times each, and prints medians and the median of the ratios
-AFTER / BEFORE. One JSON line goes to benchmarks/results/same.jsonl with `--record`.
+BEFORE and AFTER are checkouts of this repository (`git worktree add ../before REVISION`). Each case is a few commands
+of the command line or a script of `SCRIPTS`, run by both. A case is equal if both write equal arrays, under any names.
+Scripts must run in checkouts of before and after a renaming: they use the public API, and `first_of` where it changed.
+`--speed N` instead times benchmarks in alternation, N times each, and prints medians and the median of the ratios
+AFTER / BEFORE.
 """
 
 import argparse
@@ -88,16 +88,25 @@ CASES: dict[str, list[list[str]]] = {
     "evaluated": [["evaluate", "cape", "-m", "turn", "--json"]],
 }
 
-CODE = {
+PRELUDE = '''
+def first_of(thing, *names):
+    """Returns the first attribute that exists, as a name may differ between the checkouts."""
+    return next(getattr(thing, name) for name in names if hasattr(thing, name))
+'''
+"""Code before each script."""
+
+SCRIPTS = {
     "settle": """
 import numpy as np
 from hemline import bodies, garments, motions, sim
 garment = garments.load("tshirt-light")
 body = bodies.load(garment.body_name).shaped([0.5])
-walk = body.untangled_motion(body.placed(motions.load("walk")))
+untangle = first_of(body, "untangle_motion", "untangled_motion")
+walk = untangle(body.placed(motions.load("walk")))
 rest = sim.settle(garment, body, walk[10])
-made = sim.Sensitivities(rest)
-np.savez("settled.npz", x=rest.vertices, turn=made.turn("left_elbow", [0, 0, 1.0]), beta=made.beta(0))
+derivatives = sim.Sensitivities(rest)
+turn = derivatives.turn("left_elbow", [0, 0, 1.0])
+np.savez("settled.npz", x=rest.vertices, turn=turn, beta=derivatives.beta(0))
 """,
     "mesh": """
 import numpy as np
@@ -114,10 +123,10 @@ SPEED = ("sim-4k", "sim-12k-self", "settle", "cape")
 
 
 def run(checkout: Path, words: list[str], folder: Path) -> str:
-    """One command of a checkout in a folder; what it printed."""
+    """Runs a command with the code of a checkout in a folder, and returns what it printed."""
     command = [sys.executable, "-m", "hemline", *words]
     if words[0] == "-c":
-        command = [sys.executable, "-c", CODE[words[1]]]
+        command = [sys.executable, "-c", PRELUDE + SCRIPTS[words[1]]]
     environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     if done.returncode not in (0, 1):
@@ -125,8 +134,8 @@ def run(checkout: Path, words: list[str], folder: Path) -> str:
     return done.stdout
 
 
-def made_by(checkout: Path, commands: list[list[str]]) -> dict[str, str]:
-    """Hash of each array that the commands wrote, and of the figures that they printed, times left out."""
+def hashes(checkout: Path, commands: list[list[str]]) -> dict[str, str]:
+    """Returns the hash of each array that commands wrote, and of the figures that they printed, without times."""
     with tempfile.TemporaryDirectory() as name:
         folder, arrays = Path(name), {}
         for words in commands:
@@ -135,9 +144,9 @@ def made_by(checkout: Path, commands: list[list[str]]) -> dict[str, str]:
                 figures = json.loads(printed)
                 arrays["figures"] = np.frombuffer(json.dumps(_timeless(figures), sort_keys=True).encode(), np.uint8)
         for file in sorted([*folder.rglob("*.safetensors"), *folder.rglob("*.npz")]):
-            held = load_file(file) if file.suffix == ".safetensors" else dict(np.load(file))
+            content = load_file(file) if file.suffix == ".safetensors" else dict(np.load(file))
             label = file.name if len(file.stem) < 20 else file.stem[:8]
-            arrays |= {f"{label}:{key}": value for key, value in held.items()}
+            arrays |= {f"{label}:{key}": value for key, value in content.items()}
     return {key: hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest() for key, value in arrays.items()}
 
 
@@ -149,19 +158,18 @@ def _timeless(figures: dict) -> dict:
 
 def compare(before: Path, after: Path, wanted: list[str], keep: Path | None) -> list[dict]:
     rows = []
-    known = json.loads(keep.read_text()) if keep is not None and keep.exists() else {}
+    cache = json.loads(keep.read_text()) if keep is not None and keep.exists() else {}
     for name, commands in CASES.items():
         if wanted and name not in wanted:
             continue
         key = f"{revision(before)} {json.dumps(commands)}"
-        old = known.get(key) or made_by(before, commands)
-        known[key] = old
+        old = cache.get(key) or hashes(before, commands)
+        cache[key] = old
         if keep is not None:
-            keep.write_text(json.dumps(known))
-        new = made_by(after, commands)
-        made, left = sorted(new.values()), sorted(old.values())
-        other = [label for label, value in old.items() if value not in made]
-        same = made == left
+            keep.write_text(json.dumps(cache))
+        new = hashes(after, commands)
+        other = [label for label, value in old.items() if value not in new.values()]
+        same = sorted(new.values()) == sorted(old.values())
         rows.append({"case": name, "arrays": len(old), "other": other, "same": same})
         print(f"{name:<32} {len(old):>4} arrays  {'the same bits' if same else 'OTHER: ' + ' '.join(other[:6])}")
         sys.stdout.flush()
@@ -197,31 +205,33 @@ def race(before: Path, after: Path, rounds: int, names: list[str]) -> list[dict]
 
 def _median_ms(row: dict) -> float:
     figures = row["figures"]
-    found = figures.get("frame_ms", figures)
-    return float(found.get("median") or next(value for key, value in found.items() if key.endswith(("_ms", "seconds"))))
+    times = figures.get("frame_ms", figures)
+    return float(times.get("median") or next(value for key, value in times.items() if key.endswith(("_ms", "seconds"))))
 
 
 def revision(checkout: Path) -> str:
-    asked = ["git", "-C", str(checkout), "rev-parse", "--short", "HEAD"]
-    return subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
+    command = ["git", "-C", str(checkout), "rev-parse", "--short", "HEAD"]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("before", type=Path)
-    parser.add_argument("after", type=Path, nargs="?", default=HERE)
-    parser.add_argument("--case", action="append", default=[])
-    parser.add_argument("--keep", type=Path)
-    parser.add_argument("--speed", type=int, default=0, metavar="N")
-    parser.add_argument("--bench", action="append", default=[])
-    parser.add_argument("--record", action="store_true")
-    asked = parser.parse_args()
-    before, after = asked.before.resolve(), asked.after.resolve()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("before", type=Path, help="Checkout to compare with.")
+    parser.add_argument("after", type=Path, nargs="?", default=HERE, help="Checkout to check. Defaults to this one.")
+    parser.add_argument("--case", action="append", default=[], help="Case to run; may be repeated. Defaults to all.")
+    parser.add_argument("--keep", type=Path, help="File that caches the hashes of BEFORE.")
+    parser.add_argument("--speed", type=int, default=0, metavar="N", help="Time benchmarks in N rounds.")
+    parser.add_argument("--bench", action="append", default=[], help="Benchmark to time; may be repeated.")
+    parser.add_argument("--record", action="store_true", help="Add a line to benchmarks/results/same.jsonl.")
+    options = parser.parse_args()
+    before, after = options.before.resolve(), options.after.resolve()
     print(f"{revision(before)} against {revision(after)}")
     rows = (
-        race(before, after, asked.speed, asked.bench) if asked.speed else compare(before, after, asked.case, asked.keep)
+        race(before, after, options.speed, options.bench)
+        if options.speed
+        else compare(before, after, options.case, options.keep)
     )
-    if asked.record:
+    if options.record:
         from hemline.bench.machine import machine
 
         row = {

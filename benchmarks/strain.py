@@ -1,9 +1,10 @@
-"""How far cloth stretches while its wearer runs, and what stiffness costs: `python -m benchmarks.strain`.
+"""Measures strain and cost of cloth by its stiffness: `python -m benchmarks.strain`.
 
-The light cape on the shipped run, once a stiffness and once with pins on springs. One JSON line each goes to
-benchmarks/results/strain.jsonl. CPU time is that of one thread, without self-contact.
+Simulates the light cape on the shipped run with several stiffnesses of cloth and pins, without self-contact on one
+thread. Writes one JSON line per case to benchmarks/results/strain.jsonl.
 """
 
+import argparse
 import json
 import os
 import time
@@ -18,25 +19,25 @@ from hemline.bench.machine import commit, machine
 RESULTS = Path(__file__).parent / "results" / "strain.jsonl"
 FRAMES = 45
 CASES = [(120, None), (300, None), (600, None), (1000, None), (600, 20), (1000, 20)]
-"""Young's modulus of cotton [N/m]; stiffness of each pin, None: hard [N/m]."""
+"""Young's modulus of cotton [N/m] and stiffness of each pin [N/m], None for rigid pins."""
 
 
 def row(young: float, pin: float | None) -> dict:
     cape = garments.load("cape-light")
     body = bodies.load(cape.body_name).shaped()
-    pins = cape.pins if pin is None else cape.pins.softened(pin)
+    pins = cape.pins if pin is None else cape.pins.with_stiffness(pin)
     cape = replace(cape, material=replace(garments.MATERIALS["cotton"], young=young), pins=pins)
-    run = body.untangled_motion(body.placed(motions.load("run").resampled(30)))[:FRAMES]
+    run = body.untangle_motion(body.placed(motions.load("run").resample(30)))[:FRAMES]
     settings = sim.SimSettings(self_contact=False)
     rest, work = sim.rest_drape(cape, body, settings), []
     step = sim.Stepper.step
 
-    def counted(*arguments):
+    def count_steps(*arguments):
         state, report = step(*arguments)
         work.append((report.newton_steps, report.solver_steps))
         return state, report
 
-    sim.Stepper.step, began = counted, time.process_time()
+    sim.Stepper.step, began = count_steps, time.process_time()
     try:
         take = sim.simulate(cape, body, run, settings, start=rest)
     finally:
@@ -55,7 +56,8 @@ def row(young: float, pin: float | None) -> dict:
 
 
 def main() -> None:
-    row(*CASES[0])  # compile outside of the timed runs
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    row(*CASES[0])  # compiles before the timed runs
     with RESULTS.open("w") as stream:
         for case in CASES:
             line = row(*case)

@@ -1,31 +1,39 @@
-"""Takes an hour of a light garment, five seconds each: `python -m benchmarks.takes_an_hour [GARMENT]`.
+"""Measures the takes of five seconds per hour of a garment: `python -m benchmarks.takes_an_hour [GARMENT]`.
 
-Ten recordings, the most violent five seconds of each, a process a core, from an empty folder: starting the processes,
-the rest state and the figures of trust are counted. One JSON line goes to benchmarks/results/takes_an_hour.jsonl.
+Simulates the most violent five seconds of ten recordings with one process per core into an empty folder. The start of
+the processes, the rest state and the figures of each take are included. Writes one JSON line to
+benchmarks/results/takes_an_hour.jsonl.
 """
 
+import argparse
 import json
 import os
-import sys
 import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.clips import every_clip, fastest, spread
+from benchmarks.clips import all_clips, fastest_section, select_evenly
 from hemline import garments, motions
 from hemline.bench.machine import commit, machine
-from hemline.sim import Clip, produce
+from hemline.sim import ClipRequest, produce
 
 RESULTS = Path(__file__).parent / "results" / "takes_an_hour.jsonl"
 TAKES, SECONDS = 10, 5.0
 
 
 def main() -> None:
-    """Make the takes, print, record."""
-    name = sys.argv[1] if len(sys.argv) > 1 else "skirt-light"
+    """Makes the takes, prints and records."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("garment", nargs="?", default="skirt-light", help="Garment to simulate (default: skirt-light).")
+    name = parser.parse_args().garment
     garment, jobs = garments.load(name), os.cpu_count() or 1
-    long = [(file, motion) for file in every_clip() if len(motion := fastest(file, SECONDS)) == round(30 * SECONDS)]
-    clips = [Clip(dict(long)[file], motions.subject_of(file)) for file in spread([file for file, _ in long], TAKES)]
+    long = [
+        (file, motion) for file in all_clips() if len(motion := fastest_section(file, SECONDS)) == round(30 * SECONDS)
+    ]
+    clips = [
+        ClipRequest(dict(long)[file], motions.subject_of(file))
+        for file in select_evenly([file for file, _ in long], TAKES)
+    ]
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
         rows = produce(folder, garment, clips, jobs=jobs)

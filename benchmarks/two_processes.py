@@ -1,9 +1,10 @@
-"""What a second process brings on this machine, without a cluster: `python -m benchmarks.two_processes`.
+"""Measures the speed-up of a second process without a cluster: `python -m benchmarks.two_processes`.
 
-The bound of `cluster.py`: the same call in one process, then in two at once, five times over. The calls are arithmetic
-of the interpreter, streaming through 160 MB, and a take of sixteen frames of the light cape.
+It is a bound for `cluster.py`. Runs a call in one process and then in two at once, five times. The calls are
+arithmetic in the interpreter, streaming through 160 MB, and a take of sixteen frames of the light cape.
 """
 
+import argparse
 import multiprocessing.pool
 import os
 import shutil
@@ -16,14 +17,14 @@ from pathlib import Path
 import numpy as np
 
 from hemline import garments, motions
-from hemline.sim import Clip, SimSettings, produce
+from hemline.sim import ClipRequest, SimSettings, produce
 
 ROUNDS = 5
 SETTINGS = SimSettings(lead_in=0.3)
 
 
 def arithmetic(_: Path) -> float:
-    """Seconds of a loop that touches no memory."""
+    """Returns the time of a loop that uses no memory [s]."""
     began, total = time.perf_counter(), 0
     for number in range(12_000_000):
         total += number * number
@@ -31,7 +32,7 @@ def arithmetic(_: Path) -> float:
 
 
 def streaming(_: Path) -> float:
-    """Seconds of adding to an array that no cache holds."""
+    """Returns the time of additions to an array larger than the caches [s]."""
     array = np.zeros(20_000_000)
     began = time.perf_counter()
     for _ in range(60):
@@ -40,8 +41,8 @@ def streaming(_: Path) -> float:
 
 
 def simulating(settled: Path) -> float:
-    """Seconds of a take."""
-    run = Clip(motions.load("run")[:16], motions.subject_of("run"))
+    """Returns the time of a take [s]."""
+    run = ClipRequest(motions.load("run")[:16], motions.subject_of("run"))
     with tempfile.TemporaryDirectory() as scratch:
         shutil.copytree(settled, Path(scratch) / "takes")
         began = time.perf_counter()
@@ -50,13 +51,14 @@ def simulating(settled: Path) -> float:
 
 
 def main() -> None:
-    """Measure, print."""
+    """Measures and prints."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         settled = Path(scratch) / "settled"
         produce(settled, garments.load("cape-light"), [], settings=SETTINGS)
         with multiprocessing.get_context("spawn").Pool(2) as pool:
             for call in (arithmetic, streaming, simulating):
-                pool.map(call, [settled, settled], 1)  # both have loaded what they need
+                pool.map(call, [settled, settled], 1)  # loads code and kernels in both
                 ratios = [_ratio(pool, call, settled) for _ in range(ROUNDS)]
                 rounds = ", ".join(f"{each:.2f}" for each in ratios)
                 print(

@@ -1,10 +1,9 @@
-"""Every garment mesh of ../shared/data on the mean body and on random shapes: `python -m benchmarks.wearing`.
+"""Tries on every garment mesh of ../shared/data on the mean body and on random shapes: `python -m benchmarks.wearing`.
 
-Meshes are tried on (`hemline.tryon`), `.mhclo` clothes are read by their bindings; then each is dressed on eight random
-shapes (betas of one standard deviation). One JSON line a mesh and shape goes to benchmarks/results/wearing.jsonl;
-lines that are there are not made again, so a run that was stopped goes on, but for a garment on the mean body that is
-no longer in out/wearing. `--table` prints what is there,
-`--shapes N` and `--largest MB` limit shapes and meshes, names of files limit the meshes. Pictures go to docs/wardrobe/.
+Meshes are tried on (`hemline.tryon`), `.mhclo` clothes are read by their bindings; then each is dressed on eight
+random shapes (betas of one standard deviation). Writes one JSON line per mesh and shape to
+benchmarks/results/wearing.jsonl and pictures to docs/wardrobe/. Existing lines are kept, so a stopped run continues; a
+garment on the mean body is made again if it is missing in out/wearing.
 """
 
 import argparse
@@ -24,60 +23,63 @@ from hemline.tryon import Fitness, fitness, try_on
 ROOT = Path(__file__).parents[1]
 DATA = ROOT.parent / "shared" / "data" / "garments"
 RESULTS = ROOT / "benchmarks" / "results" / "wearing.jsonl"
-KEPT = ROOT / "out" / "wearing"
+GARMENTS_FOLDER = ROOT / "out" / "wearing"
 SHAPES, SEED = 8, 5
 TILE = (240, 320)
 
 
 def meshes() -> list[Path]:
-    """All garment files, small ones first; not the base mesh, nor meshes that a `.mhclo` names."""
+    """Returns all garment files, small ones first, without the base mesh and meshes that belong to a `.mhclo` file."""
     bound = sorted(DATA.glob("*/mhclo/*.mhclo"))
     loose = sorted(path for path in DATA.glob("*/*.obj"))
     return sorted([*loose, *bound], key=lambda path: path.with_suffix(".obj").stat().st_size)
 
 
 def shapes(body) -> list[ShapedBody]:
-    """The mean, then random ones."""
+    """Returns the mean shape and random ones."""
     generator = np.random.default_rng(SEED)
     return [body.shaped(), *(body.shaped(generator.normal(size=16).astype(np.float32)) for _ in range(SHAPES))]
 
 
-def worn(path: Path, shaped: ShapedBody) -> tuple[Garment, Fitness, dict]:
-    """A garment on the mean body."""
+def try_on_mean(path: Path, shaped: ShapedBody) -> tuple[Garment, Fitness, dict]:
+    """Tries a garment on; returns it with its fitness and details of the alignment."""
     tried = try_on(path, shaped)
     more = {}
-    if tried.alignment and tried.grown:
+    if tried.alignment and tried.growth:
         more = {
             "scale": round(tried.alignment.scale, 3),
-            "girth": tried.grown.girth,
-            "crossed": [tried.grown.crossed_before, tried.grown.crossed_after],
+            "girth": tried.growth.girth,
+            "crossed": [tried.growth.crossed_before, tried.growth.crossed_after],
         }
     return tried.garment, tried.fitness, more
 
 
-def done() -> dict[tuple[str, int], dict]:
-    """Lines that are there."""
+def recorded_rows() -> dict[tuple[str, int], dict]:
+    """Returns the recorded lines by mesh and shape."""
     if not RESULTS.exists():
         return {}
     rows = [json.loads(line) for line in RESULTS.read_text().splitlines()]
     return {(row["mesh"], row["shape"]): row for row in rows}
 
 
-def work(paths: list[Path], count: int) -> None:
-    """Shape by shape, mesh by mesh."""
+def measure(paths: list[Path], count: int) -> None:
+    """Measures the missing pairs of mesh and shape."""
     every = shapes(bodies.load("anny24"))
-    KEPT.mkdir(parents=True, exist_ok=True)
+    GARMENTS_FOLDER.mkdir(parents=True, exist_ok=True)
     for number, shaped in enumerate(every[: count + 1]):
         for path in paths:
-            name, kept = path.relative_to(DATA).as_posix(), KEPT / f"{path.parent.name}-{path.name}.safetensors"
-            known = done()
-            there = (name, number) in known and (number or kept.exists())
-            if there or (number and known.get((name, 0), {}).get("reason", "")):
+            name, kept = (
+                path.relative_to(DATA).as_posix(),
+                GARMENTS_FOLDER / f"{path.parent.name}-{path.name}.safetensors",
+            )
+            known = recorded_rows()
+            done = (name, number) in known and (number or kept.exists())
+            if done or (number and known.get((name, 0), {}).get("reason", "")):
                 continue
             began, more = time.perf_counter(), {}
             try:
                 if number == 0:
-                    garment, found, more = worn(path, shaped)
+                    garment, found, more = try_on_mean(path, shaped)
                     garment.save(kept)
                 else:
                     garment = garments.read(path, shaped) if path.suffix == ".mhclo" else Garment.load(kept)
@@ -100,12 +102,12 @@ def work(paths: list[Path], count: int) -> None:
             print(f"{name:<50} shape {number}  {row['seconds']:>6} s  {found.reason or 'worn'}", flush=True)
             if garment is not None and found.rest is not None:
                 drawn = [(shaped.vertices, shaped.body.faces, "body"), (found.rest.vertices[0], garment.faces, "cloth")]
-                pictures.write_png(KEPT / f"{kept.stem}-{number}.png", pictures.picture_of(drawn, size=TILE))
+                pictures.write_png(GARMENTS_FOLDER / f"{kept.stem}-{number}.png", pictures.picture_of(drawn, size=TILE))
 
 
 def table(paths: list[Path]) -> None:
-    """One line a mesh: worn or why not, on the mean and on the other shapes."""
-    known = done()
+    """Prints one line per mesh: whether it can be worn, on the mean and on the other shapes."""
+    known = recorded_rows()
     print("| mesh | vertices | mean body | strain p50, p99 % | other shapes |\n|---|---|---|---|---|")
     for path in sorted(paths):
         name = path.relative_to(DATA).as_posix()
@@ -127,12 +129,12 @@ def table(paths: list[Path]) -> None:
 
 
 def sheet(paths: list[Path]) -> None:
-    """All pictures of the mean body on one sheet."""
+    """Draws all pictures of the mean body on one sheet."""
     from PIL import Image
 
     tiles, captions = [], []
     for path in sorted(paths):
-        file = KEPT / f"{path.parent.name}-{path.name}-0.png"
+        file = GARMENTS_FOLDER / f"{path.parent.name}-{path.name}-0.png"
         if file.exists():
             tiles.append(np.asarray(Image.open(file)))
             captions.append(path.name)
@@ -146,15 +148,15 @@ def sheet(paths: list[Path]) -> None:
 def main() -> None:
     """Parse, work, print."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", help="file names; none: all")
-    parser.add_argument("--shapes", type=int, default=SHAPES)
-    parser.add_argument("--largest", type=float, default=np.inf, help="size of a mesh file, at most [MB]")
-    parser.add_argument("--table", action="store_true", help="only print what is there")
-    arguments = parser.parse_args()
-    paths = [path for path in meshes() if not arguments.names or path.name in arguments.names]
-    paths = [path for path in paths if path.with_suffix(".obj").stat().st_size < 1e6 * arguments.largest]
-    if not arguments.table:
-        work(paths, arguments.shapes)
+    parser.add_argument("names", nargs="*", help="Names of mesh files. Defaults to all.")
+    parser.add_argument("--shapes", type=int, default=SHAPES, help="Number of random shapes.")
+    parser.add_argument("--largest", type=float, default=np.inf, help="Maximum size of a mesh file [MB].")
+    parser.add_argument("--table", action="store_true", help="Print the results and measure nothing.")
+    options = parser.parse_args()
+    paths = [path for path in meshes() if not options.names or path.name in options.names]
+    paths = [path for path in paths if path.with_suffix(".obj").stat().st_size < 1e6 * options.largest]
+    if not options.table:
+        measure(paths, options.shapes)
         sheet(paths)
     table(paths)
 

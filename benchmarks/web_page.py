@@ -1,17 +1,15 @@
-"""Pages that `hemline page` writes, in a real browser: size, frame time on one core, and how far they are from Python.
+"""Measures pages of `hemline page` in a browser: `python -m benchmarks.web_page [MODEL ...]`.
 
-    python -m benchmarks.web_page [MODEL ...]
-
-plays 300 frames, the shipped dance there and back, in an installed chromium (with chromedriver and selenium) that may
-use one core, six times over. Frames are the same each time, so the least time of each part of a frame is what that part
-takes when nothing else runs; the first round, in which the browser still compiles, is left out. Nothing is drawn
-meanwhile.
+Prints size, frame time on one core, and the distance from the Python implementation. Plays 300 frames, the shipped
+dance forwards and backwards, six times in an installed chromium (with chromedriver and selenium) on one core. The time
+of a part of a frame is its minimum over the rounds, without the first one, in which the browser compiles. Nothing is
+drawn.
 """
 
+import argparse
 import base64
 import os
 import shutil
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -45,7 +43,7 @@ return hemline.frames(count, { pushing }).map(({ vertices }) => {
 
 
 def there_and_back() -> Motion:
-    """The shipped dance, then backwards, up to so many frames."""
+    """Returns the shipped dance, forwards and then backwards, cut to FRAMES."""
     dance = motions.load("dance")
     arrays = {name: getattr(dance, name) for name in ("rotations", "translations")}
     return replace(dance, **{name: np.concatenate([each, each[-2:0:-1]])[:FRAMES] for name, each in arrays.items()})
@@ -53,7 +51,7 @@ def there_and_back() -> Motion:
 
 @contextmanager
 def browsing(page: Path) -> Iterator[webdriver.Chrome]:
-    """A browser on one core, with the page at rest."""
+    """Yields a browser on one core that shows the page at rest."""
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which("chromium") or ""
     for flag in FLAGS:
@@ -67,8 +65,8 @@ def browsing(page: Path) -> Iterator[webdriver.Chrome]:
     try:
         driver.set_script_timeout(600)
         driver.command_executor.client_config.timeout = 600
-        wish = {"name": "prefers-reduced-motion", "value": "reduce"}
-        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [wish]})
+        feature = {"name": "prefers-reduced-motion", "value": "reduce"}
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
         driver.get(page.as_uri())
         while not driver.execute_script("return document.getElementById('loading').hidden"):
             pass
@@ -78,7 +76,7 @@ def browsing(page: Path) -> Iterator[webdriver.Chrome]:
 
 
 def figures(name: str) -> str:
-    """One row of the page's table."""
+    """Measures a model and returns its row of the table."""
     model, body, clip = load(name), bodies.load("anny24").shaped(), there_and_back()
     shipped = {each: motions.load(each) for each in ("walk", "dance")}
     with tempfile.TemporaryDirectory() as folder:
@@ -114,8 +112,11 @@ def _points(frames: list[str]) -> list[np.ndarray]:
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("models", nargs="*", default=MODELS, help="Models. Defaults to all shipped models.")
+    options = parser.parse_args()
     ends = "from its finished frame, mean | inside, not pinched: before the push; after |"
     print("| model | size | frame: median; p95 | farthest from the animator in Python |", ends)
     print("|---|---|---|---|---|---|")
-    for name in sys.argv[1:] or MODELS:
+    for name in options.models:
         print(figures(name), flush=True)

@@ -1,13 +1,13 @@
-"""Garments in violent motion: `python -m benchmarks.worn [GARMENT ...]`; names: skirt, shirt, trousers, cape.
+"""Simulates garments in violent motion: `python -m benchmarks.worn [GARMENT ...]`.
 
-Skirt, T-shirt and trousers are those of GarmentCode in ../shared/data, as boxes of panels around the body, whose
-waist is laid on the skin first; the cape ships. Motions: a spin that is made here, and recordings of squat kicks, a
-roundhouse kick and bending over. One row a scene goes to benchmarks/results/worn.jsonl, the worst frame of each to
+Skirt, T-shirt and trousers are those of GarmentCode in ../shared/data, boxes of panels around the body whose waist is
+first fitted to the skin; the cape ships. The motions are a synthetic spin, and recordings of squat kicks, a roundhouse
+kick and bending over. Writes one row per scene to benchmarks/results/worn.jsonl, and the worst frames to
 docs/ground_truth/worn.png.
 """
 
+import argparse
 import json
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from benchmarks.clips import MOTION, fastest
-from benchmarks.standing_out import standing_out
+from benchmarks.clips import MOTION, fastest_section
+from benchmarks.protrusion import protrusion
 from hemline import bodies, garments, pictures, sim
 from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody
@@ -39,17 +39,17 @@ MESHES = {
 }
 CLIPS = {"squat kicks": "90_30.bvh", "roundhouse kick": "daz_rig/135_07.bvh", "bend over": "02_06.bvh"}
 SECONDS, FPS = 2.0, 30.0
-OUT = 0.002
-"""A vertex of the body that stands so far out of the cloth is counted [m]."""
+MIN_PROTRUSION = 0.002
+"""Protrusion from the cloth beyond which a vertex of the body is counted [m]."""
 
 WAIST_GAP = 0.006
-"""How far a waist is laid off the skin [m]."""
+"""Distance of a waist from the skin [m]."""
 
 
-def spin(shaped: ShapedBody, turns_a_second: float = 1.5) -> Motion:
-    """The rest pose turning about the vertical: half a second to full speed, a second of it, 0.4 s to a stop."""
+def spin(shaped: ShapedBody, turns_per_second: float = 1.5) -> Motion:
+    """Makes a spin about the vertical in the rest pose: 0.5 s to full speed, 1 s at it, 0.4 s to a stop."""
     pose, times = shaped.rest_pose, np.arange(round(SECONDS * FPS)) / FPS
-    speed = 2 * np.pi * turns_a_second * np.clip(np.minimum(times / 0.5, (SECONDS - 0.4 - times) / 0.4), 0, 1)
+    speed = 2 * np.pi * turns_per_second * np.clip(np.minimum(times / 0.5, (SECONDS - 0.4 - times) / 0.4), 0, 1)
     rotations = np.repeat(pose.rotations[None].astype(np.float64), len(times), axis=0)
     for index, angle in enumerate(np.cumsum(speed) / FPS):
         rotations[index, 0] = multiply(from_axis_angle(np.array([0.0, angle, 0.0])), rotations[index, 0])
@@ -57,13 +57,13 @@ def spin(shaped: ShapedBody, turns_a_second: float = 1.5) -> Motion:
     return Motion(rotations.astype(np.float32), translations, fps=FPS, leg_length=shaped.leg_length, name="spin")
 
 
-def recorded(shaped: ShapedBody, name: str) -> Motion:
-    """The fastest stretch of a recording, placed on the body."""
-    return shaped.untangled_motion(shaped.placed(fastest(MOTION / CLIPS[name], SECONDS, FPS)))
+def recorded_motion(shaped: ShapedBody, name: str) -> Motion:
+    """Returns the fastest section of a recording, placed on the body."""
+    return shaped.untangle_motion(shaped.placed(fastest_section(MOTION / CLIPS[name], SECONDS, FPS)))
 
 
-def worn(name: str, shaped: ShapedBody) -> Garment:
-    """The garment on the body; skirts and trousers with the waist on the skin, pinned."""
+def make_garment(name: str, shaped: ShapedBody) -> Garment:
+    """Makes a garment on the body; skirts and trousers are pinned with the waist on the skin."""
     if name == "cape":
         return garments.load("cape-light")
     text = f'mesh = "{MESHES[name]}"\norigin = "floor"\npins = "none"\n'
@@ -73,15 +73,15 @@ def worn(name: str, shaped: ShapedBody) -> Garment:
     (folder / source.name).write_bytes(source.read_bytes())
     (folder / f"{name}.toml").write_text(text)
     garment = garments.read(folder / f"{name}.toml", shaped)
-    return garment if name == "shirt" else _belted(garment, shaped)
+    return garment if name == "shirt" else _fit_waist(garment, shaped)
 
 
-def _belted(garment: Garment, shaped: ShapedBody) -> Garment:
-    """The highest rim laid around the body where that is as wide, the rest of the mesh carried along smoothly."""
+def _fit_waist(garment: Garment, shaped: ShapedBody) -> Garment:
+    """Fits the highest rim to the body where girths agree, and moves the rest of the mesh along smoothly."""
     rim = max(boundary_loops(garment.faces), key=lambda loop: garment.vertices[loop, 1].mean())
     sheet = make_garment_sheet(garment)
     lengths = {tuple(edge): length for edge, length in zip(sheet.edges.tolist(), sheet.edge_length, strict=True)}
-    # as cut, not as laid: at the seams the panels are still apart
+    # lengths of the pattern, as panels are still apart at the seams
     start = np.array(
         [lengths[min(edge), max(edge)] for edge in zip(rim.tolist(), np.roll(rim, -1).tolist(), strict=True)]
     )
@@ -99,12 +99,12 @@ def _belted(garment: Garment, shaped: ShapedBody) -> Garment:
     tree = body_tree(shaped)
     moved = garment.vertices + smooth_field(field, garment.faces, trust, 1.0)
     vertices = push_out_of_body(moved, tree, WAIST_GAP).astype(np.float32)
-    pins = Pins.bound(rim, vertices[rim], tree, shaped.normals)
+    pins = Pins.bind(rim, vertices[rim], tree, shaped.normals)
     return replace(garment, vertices=vertices, pins=pins, key_joint="pelvis")
 
 
 def _circumference(shaped: ShapedBody, length: float) -> np.ndarray:
-    """The level line of the trunk, between hips and ribs, whose length with the gap is nearest to `length`."""
+    """Returns the horizontal section between hips and ribs whose length with the gap is nearest to `length`."""
     mesh = trimesh.Trimesh(shaped.vertices, shaped.body.faces, process=False)
     lines = []
     for height in np.arange(0.0, 0.3, 0.005):
@@ -115,12 +115,12 @@ def _circumference(shaped: ShapedBody, length: float) -> np.ndarray:
 
 
 def scenes(names: list[str], shaped: ShapedBody) -> Iterator[tuple[str, str, dict, np.ndarray]]:
-    """Garment, motion, figures and the picture of the worst frame of each scene."""
+    """Yields garment, motion, figures and the picture of the worst frame of each scene."""
     for name in names:
-        garment = worn(name, shaped)
+        garment = make_garment(name, shaped)
         rest = sim.rest_drape(garment, shaped)
         settled = self_crossings(rest.vertices[0], garment.faces)["edge_percent"]
-        for motion in (spin(shaped), *(recorded(shaped, clip) for clip in CLIPS)):
+        for motion in (spin(shaped), *(recorded_motion(shaped, clip) for clip in CLIPS)):
             began = time.perf_counter()
             take = sim.simulate(garment, shaped, motion, start=rest)
             spent = 1000 * (time.perf_counter() - began) / len(take.vertices)
@@ -141,7 +141,7 @@ def scenes(names: list[str], shaped: ShapedBody) -> Iterator[tuple[str, str, dic
             bodies_then = (shaped.posed(pose) for pose in (take.motion[frame] for frame in range(len(take.motion))))
             out = np.array(
                 [
-                    (standing_out(frame, garment.faces, body.vertices, body.normals) > OUT).sum()
+                    (protrusion(frame, garment.faces, body.vertices, body.normals) > MIN_PROTRUSION).sum()
                     for frame, body in zip(take.vertices, bodies_then, strict=True)
                 ]
             )
@@ -153,12 +153,14 @@ def scenes(names: list[str], shaped: ShapedBody) -> Iterator[tuple[str, str, dic
 
 
 def main() -> None:
-    """Run the scenes, print and record."""
+    """Simulates the scenes, prints and records."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("garments", nargs="*", default=[*MESHES, "cape"], help="Of skirt, shirt, trousers and cape.")
+    options = parser.parse_args()
     from hemline.compiled import threads
 
-    names = sys.argv[1:] or ["skirt", "shirt", "trousers", "cape"]
     tiles, captions = [], []
-    for name, motion, figures, picture in scenes(names, bodies.load("anny24").shaped()):
+    for name, motion, figures, picture in scenes(options.garments, bodies.load("anny24").shaped()):
         row = {
             "garment": name,
             "motion": motion,

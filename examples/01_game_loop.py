@@ -1,6 +1,6 @@
-"""Wear the cape in one's own game loop: varying frame time, a rollback, three bodies at once.
+"""Plays the cape in a game loop of one's own: with a varying frame time, a rollback, and three bodies at once.
 
-A state is plain data that is never changed in place: keeping the old one is a rollback. Run it:
+A state is plain data that is never changed in place, so a rollback keeps an old state. Run it:
 `python examples/01_game_loop.py`.
 """
 
@@ -20,15 +20,15 @@ for number in range(120):
     seconds += dt
     state, frame = player.step(state, turn.at(seconds), dt=dt)
     if number == 60:
-        saved = (state, seconds, frame)
+        snapshot = (state, seconds, frame)
 
-state, seconds, then = saved  # the game's server says: go back to here
+state, seconds, earlier = snapshot  # the game's server asks to go back to this moment
 state, frame = player.step(state, turn.at(seconds + 1 / 60), dt=1 / 60)
-moved = np.abs(frame.vertices - then.vertices).max()
-print(f"rolled back to {seconds:.2f} s; the hem is {moved * 100:.1f} cm further after one frame")
+moved = np.abs(frame.vertices - earlier.vertices).max()
+print(f"rolled back to {seconds:.2f} s; a vertex moved by up to {moved * 100:.1f} cm in the next frame")
 
 bodies = [hemline.bodies.load("anny24").shaped(betas) for betas in ([0.0], [1.0], [0.0, 1.0])]
-players = [hemline.Player.prepare(cape, each) for each in bodies]
+players = [hemline.Player.prepare(cape, body) for body in bodies]
 states = [player.start(turn.at(0.0)) for player in players]
 states, frames = hemline.crowd(players, states, [turn.at(1 / 60)] * 3, dt=1 / 60)
 print(f"{len(frames)} bodies at once, {len(frames[0].vertices)} vertices each")

@@ -1,7 +1,7 @@
-"""Twenty people in capes, near and far: the farther from the camera, the fewer vertices.
+"""Plays twenty capes at levels of detail that depend on the distance from the camera.
 
-A player of each level is prepared once and serves everybody of that shape; what moves is in the states. When somebody
-comes nearer, `switched` takes the state along, so that the cloth does not jump. Run it: `python examples/02_crowd.py`.
+One player per level serves all people of that shape; their motion is in the states. When somebody comes nearer,
+`switch_to` converts the state, so that the cloth does not jump. Run it: `python examples/02_crowd.py`.
 """
 
 import time
@@ -22,12 +22,12 @@ for player in players.values():
     player.warm_up(clips[0][0])
 
 places = np.random.default_rng(0).uniform([-10, -30], [10, 0], (PEOPLE, 2))  # x and z of each person [m]
-camera = np.array([0.0, 4.0])  # it walks towards them, at 3 m/s
+camera = np.array([0.0, 4.0])  # moves towards them at 3 m/s
 motion = [clips[person % len(clips)] for person in range(PEOPLE)]
 
 
 def level(person: int) -> float:
-    """The coarsest level whose error stays below half a pixel."""
+    """Returns the coarsest level with an error below half a pixel."""
     return hemline.detail_for(float(np.linalg.norm(places[person] - camera)), errors, height_px=1080)
 
 
@@ -40,13 +40,13 @@ for number in range(FRAMES):
     for person in range(PEOPLE):
         wanted = level(person)
         if wanted != levels[person]:
-            states[person] = players[levels[person]].switched(states[person], players[wanted])
+            states[person] = players[levels[person]].switch_to(states[person], players[wanted])
             levels[person], changes = wanted, changes + 1
     poses = [clip[number] for clip in motion]
-    states, frames = hemline.crowd([players[each] for each in levels], states, poses, dt=DT)
+    states, frames = hemline.crowd([players[detail] for detail in levels], states, poses, dt=DT)
     # draw(frames[person].vertices + place, players[levels[person]].garment.faces)
     spans.append((time.perf_counter() - began) * 1e3)
 
 counts = Counter(levels)
-print("people at each level:", {each: counts[each] for each in players})
-print(f"{np.median(spans):.1f} ms a frame for {PEOPLE} capes; {changes} changes of level on the way")
+print("people at each level:", {detail: counts[detail] for detail in players})
+print(f"{np.median(spans):.1f} ms a frame for {PEOPLE} capes; {changes} changes of level")

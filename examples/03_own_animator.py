@@ -1,7 +1,7 @@
-"""An animator of one's own: fitted to simulated takes, saved, played. `docs/tutorials/animator.md` takes it apart.
+"""Defines an animator, fits it to simulated takes, saves and plays it; `docs/tutorials/animator.md` explains it.
 
-It carries the garment with a joint of the body and lets each vertex lag behind on a damped spring; the fit chooses the
-spring that errs least. Run it: `python examples/03_own_animator.py`.
+It moves the garment with a joint of the body and lets each vertex lag behind on a damped spring. The fit selects the
+spring with the smallest error. Run it: `python examples/03_own_animator.py`.
 """
 
 import tempfile
@@ -21,7 +21,8 @@ from hemline.options import check_options, options_of, positive
 
 @dataclass(frozen=True)
 class LaggingConfig:
-    damping: float = positive(0.4)  # share of critical damping
+    damping: float = positive(0.4)
+    """Damping of the springs, as a fraction of critical damping."""
 
     def __post_init__(self):
         check_options(self)
@@ -39,24 +40,24 @@ class AnimatorLagging:
     body_name: str
     body_hash: str
     rest: np.ndarray  # the settled drape (verts, 3) [m]
-    stiffness: np.ndarray  # of each vertex's spring for a mass of one (verts,) [1/s^2]
+    stiffness: np.ndarray  # spring stiffness of each vertex for unit mass (verts,) [1/s^2]
     config: LaggingConfig = LaggingConfig()
     figures: dict = field(default_factory=dict)
     name, Config = "lagging", LaggingConfig
 
-    def carried(self, posed):
-        """Where the drape is while it follows the key joint rigidly."""
+    def rigid(self, posed):
+        """Returns the drape as it follows the key joint rigidly."""
         key = posed.transforms[JOINT_NAMES.index(self.garment.key_joint)]
         return (self.rest @ key[:, :3].T + key[:, 3]).astype(np.float32)
 
     def start(self, posed):
-        place = self.carried(posed)
+        place = self.rigid(posed)
         return LaggingState(place, np.zeros_like(place))
 
     def step(self, state, posed, dt):
         k = self.stiffness[:, None]
-        pull = k * (self.carried(posed) - state.vertices) - 2 * self.config.damping * np.sqrt(k) * state.velocities
-        velocities = state.velocities + pull * dt / (1 + k * dt * dt)  # implicit in the spring: any dt is stable
+        pull = k * (self.rigid(posed) - state.vertices) - 2 * self.config.damping * np.sqrt(k) * state.velocities
+        velocities = state.velocities + pull * dt / (1 + k * dt * dt)  # implicit in the spring, so any dt is stable
         vertices = (state.vertices + dt * velocities).astype(np.float32)
         return LaggingState(vertices, velocities.astype(np.float32)), vertices
 
@@ -65,20 +66,21 @@ class AnimatorLagging:
         garment, config = data.garment, config or LaggingConfig()
         body = bodies.load(garment.body_name)
         rest = data.rest(garment.body_betas).vertices[0]
-        below = np.linalg.norm(rest[:, None] - rest[garment.pins.vertices], axis=2).min(
-            axis=1
-        )  # to the nearest pin [m]
+        pins = rest[garment.pins.vertices]
+        to_pin = np.linalg.norm(rest[:, None] - pins, axis=2).min(axis=1)  # distance to the nearest pin [m]
         takes = [data.take(row) for row in data.rows() if row.kind == "clip"]
-        tried = {}
-        for hertz in (0.5, 1.0, 2.0, 4.0):  # of a vertex half a metre below the pins
-            stiffness = np.float32((2 * np.pi * hertz) ** 2 * 0.5 / np.maximum(below, 0.01))
-            tried[hertz] = cls(garment, garment.body_name, body.hash, rest, stiffness, config)
-        errors = {hertz: np.mean([error_mm(each, body, take) for take in takes]) for hertz, each in tried.items()}
+        candidates = {}
+        for hertz in (0.5, 1.0, 2.0, 4.0):  # frequency of a vertex half a metre below the pins
+            stiffness = np.float32((2 * np.pi * hertz) ** 2 * 0.5 / np.maximum(to_pin, 0.01))
+            candidates[hertz] = cls(garment, garment.body_name, body.hash, rest, stiffness, config)
+        errors = {
+            hertz: np.mean([error_mm(model, body, take) for take in takes]) for hertz, model in candidates.items()
+        }
         best = min(errors, key=errors.get)
-        return replace(tried[best], figures={"hertz": best, "error_mm": float(errors[best])})
+        return replace(candidates[best], figures={"hertz": best, "error_mm": float(errors[best])})
 
     @classmethod
-    def of(cls, arrays, metadata):  # refuse what is damaged here, before anything runs
+    def of(cls, arrays, metadata):  # damaged files are refused here
         garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
         count = len(garment.vertices)
         return cls(
@@ -106,20 +108,20 @@ class AnimatorLagging:
 
 
 def error_mm(animator, body, take):
-    """Mean distance from a simulated take, without the player's projection [mm]."""
+    """Returns the mean distance from a simulated take, without the player's projection [mm]."""
     shaped, dt = body.shaped(take.betas), 1 / take.motion.fps
-    state, apart = animator.start(shaped.posed(take.motion[0])), []
+    state, distances = animator.start(shaped.posed(take.motion[0])), []
     for number, truth in enumerate(take.vertices):
         state, vertices = animator.step(state, shaped.posed(take.motion[number]), dt)
-        apart.append(np.linalg.norm(vertices - truth, axis=1).mean())
-    return 1000 * float(np.mean(apart))
+        distances.append(np.linalg.norm(vertices - truth, axis=1).mean())
+    return 1000 * float(np.mean(distances))
 
 
 if __name__ == "__main__":
     body = bodies.load("anny24").shaped()
     cape = garments.make_cape(body, rows=12, columns=24, name="small cape")
     settings = sim.SimSettings()
-    run = motions.load("run").resampled(settings.fps)[:24]
+    run = motions.load("run").resample(settings.fps)[:24]
     with tempfile.TemporaryDirectory() as folder:
         takes = datasets.create(Path(folder) / "takes", cape)
         takes.add(sim.rest_drape(cape, body, settings))
@@ -128,4 +130,6 @@ if __name__ == "__main__":
         model.save(Path(folder) / "lagging.safetensors")
     print(f"{model.figures['hertz']} Hz, {model.figures['error_mm']:.1f} mm from the simulation")
     frames = list(hemline.play(model, body, run, fps=30))
-    print(f"{len(frames)} frames; {sum(frame.report.moved for frame in frames)} vertices were moved out of the body")
+    print(
+        f"{len(frames)} frames; {sum(frame.report.moved for frame in frames)} vertices have been moved out of the body"
+    )

@@ -1,12 +1,12 @@
-"""Run the tests on each Python at hand, and once with the lowest versions that pyproject.toml allows.
+"""Runs the tests with each installed Python, and once with the lowest versions that pyproject.toml allows.
 
-    python tools/pythons.py                     all of it
+    python tools/pythons.py                     all
     python tools/pythons.py 3.12 lowest         one Python, and the lowest versions
     python tools/pythons.py 3.13 -- tests/files -k beside
 
-Each gets an environment of its own, `.venv-3.12` or `.venv-lowest`, with a folder of its own for compiled kernels.
-PyTorch is left out, since its builds for Linux bring gigabytes of CUDA: tests that need it are skipped, and say so.
-`HEMLINE_TORCH=1` takes it along. Nothing but Python itself is needed.
+Each has its own environment, `.venv-3.12` or `.venv-lowest`, with its own folder for compiled kernels. PyTorch is not
+installed, as its Linux builds contain gigabytes of CUDA, and tests that need it are reported as skipped;
+`HEMLINE_TORCH=1` includes it. The script needs Python only.
 """
 
 import os
@@ -22,49 +22,52 @@ PYTHONS = ("3.11", "3.12", "3.13")
 LOWEST = "lowest"
 EXTRAS = ["cluster", "usd", "view"]
 TORCH = os.environ.get("HEMLINE_TORCH") == "1"
-QUICK = [f"tests/{room}" for room in ("files", "motions", "meshes", "bodies", "garments", "export", "pictures", "cli")]
-"""What is run with the lowest versions: all that reads and writes through a library, and the command line."""
+QUICK = [
+    f"tests/{package}" for package in ("files", "motions", "meshes", "bodies", "garments", "export", "pictures", "cli")
+]
+"""Tests run with the lowest versions: those of libraries that read and write files, and of the command line."""
 INSTALL = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
 
 
 def project() -> dict:
-    """The table `project` of pyproject.toml."""
+    """Reads the table `project` of pyproject.toml."""
     return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 
 
-def found(version: str) -> str | None:
-    """A Python of that version: on the path, or where pyenv keeps its own."""
-    kept = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
-    places = [shutil.which(f"python{version}"), *map(str, sorted(kept.glob(f"{version}.*/bin/python"), reverse=True))]
+def find_python(version: str) -> str | None:
+    """Finds a Python of a version on the path or in pyenv."""
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    places = [shutil.which(f"python{version}"), *map(str, sorted(pyenv.glob(f"{version}.*/bin/python"), reverse=True))]
     for place in filter(None, places):
-        asked = [place, "-c", "import sys; print('%d.%d' % sys.version_info[:2], sys.executable)"]
-        said = subprocess.run(asked, capture_output=True, text=True)  # a shim may stand for a version that is not there
-        told, _, real = said.stdout.strip().partition(" ")
-        if told == version:
+        command = [place, "-c", "import sys; print('%d.%d' % sys.version_info[:2], sys.executable)"]
+        # pyenv has shims for versions that are not installed
+        printed = subprocess.run(command, capture_output=True, text=True).stdout
+        reported, _, real = printed.strip().partition(" ")
+        if reported == version:
             return real
     return None
 
 
 def lowest_pins(extras: list[str]) -> list[str]:
-    """`name==version` for the lower bound of each dependency of the package and of these extras."""
-    asked = [
+    """Returns `name==version` for the lower bound of each dependency of the package and of some extras."""
+    dependencies = [
         *project()["dependencies"],
         *(line for extra in extras for line in project()["optional-dependencies"][extra]),
     ]
-    bounds = [re.match(r"([\w.-]+)\s*>=\s*([\w.]+)", line) for line in asked]
-    missing = [line for line, bound in zip(asked, bounds, strict=True) if bound is None]
+    bounds = [re.match(r"([\w.-]+)\s*>=\s*([\w.]+)", line) for line in dependencies]
+    missing = [line for line, bound in zip(dependencies, bounds, strict=True) if bound is None]
     if missing:
         raise SystemExit(f"pyproject.toml has no lower bound for {', '.join(missing)}")
     return [f"{bound[1]}=={bound[2]}" for bound in bounds if bound]
 
 
 def environment(name: str, python: str, extras: list[str]) -> Path:
-    """A Python with the package, these extras and what the tests need; made anew where pyproject.toml changed."""
+    """Returns a Python with the package, some extras and the test tools; remakes it if pyproject.toml changed."""
     folder = ROOT / f".venv-{name}"
     inside, stamp = folder / "bin" / "python", folder / ".made"
     sources = [ROOT / "pyproject.toml", ROOT / "constraints.txt"]
-    told = "\n".join([python, *extras, *(each.read_text() for each in sources)])
-    if stamp.is_file() and stamp.read_text() == told:
+    content = "\n".join([python, *extras, *(source.read_text() for source in sources)])
+    if stamp.is_file() and stamp.read_text() == content:
         return inside
     shutil.rmtree(folder, ignore_errors=True)
     run([python, "-m", "venv", str(folder)])
@@ -75,12 +78,12 @@ def environment(name: str, python: str, extras: list[str]) -> Path:
     else:
         pins, extras = ROOT / "constraints.txt", [*extras, "docs", "dev"]
     run([str(inside), *INSTALL, "--constraint", str(pins), "--editable", f"{ROOT}[{','.join(extras)}]"])
-    stamp.write_text(told)
+    stamp.write_text(content)
     return inside
 
 
 def run(command: list[str], *, check: bool = True, **environ: str) -> int:
-    """A command in the folder of the project, shown before it runs."""
+    """Prints and runs a command in the folder of the project."""
     print("$", " ".join(command), flush=True)
     status = subprocess.run(command, cwd=ROOT, env=os.environ | environ).returncode
     if status and check:
@@ -88,8 +91,8 @@ def run(command: list[str], *, check: bool = True, **environ: str) -> int:
     return status
 
 
-def tested(name: str, python: str, options: list[str]) -> bool:
-    """Whether the tests pass in an environment of that name; with the lowest versions also the demo."""
+def run_tests(name: str, python: str, options: list[str]) -> bool:
+    """Returns whether the tests pass in an environment, and with the lowest versions also the demo."""
     inside = environment(name, python, EXTRAS + (["learn"] if TORCH else []))
     kernels = {"HEMLINE_CACHE_DIR": str(inside.parents[1] / "kernels")}
     quick = [] if name != LOWEST else QUICK
@@ -99,26 +102,28 @@ def tested(name: str, python: str, options: list[str]) -> bool:
             return False
     else:
         run([str(inside.with_name("hemline")), "warmup", "--jobs", "2"], **kernels)
-    shared = ["-m", "not slow", "--numprocesses", "auto", "--maxprocesses", "8", "--dist", "loadfile"]
-    return run([str(inside), "-m", "pytest", *shared, *(options or quick)], check=False, **kernels) == 0
+    common = ["-m", "not slow", "--numprocesses", "auto", "--maxprocesses", "8", "--dist", "loadfile"]
+    return run([str(inside), "-m", "pytest", *common, *(options or quick)], check=False, **kernels) == 0
 
 
 def main(arguments: list[str]) -> int:
-    """Run all that is asked for; 1 where some tests fail, 2 where none of these Pythons is at hand."""
+    """Runs the tests; returns 1 if some fail, and 2 if none of the Pythons is installed."""
     split = arguments.index("--") if "--" in arguments else len(arguments)
-    asked, options = arguments[:split] or [*PYTHONS, LOWEST], arguments[split + 1 :]
-    unknown = [each for each in asked if each not in (*PYTHONS, LOWEST)]
+    names, options = arguments[:split] or [*PYTHONS, LOWEST], arguments[split + 1 :]
+    unknown = [name for name in names if name not in (*PYTHONS, LOWEST)]
     if unknown:
         print(f"name {', '.join(PYTHONS)} or {LOWEST}; got {', '.join(unknown)}", file=sys.stderr)
         return 2
     results = {}
-    for name in asked:
-        python = found(PYTHONS[0] if name == LOWEST else name)
-        results[name] = "not at hand" if python is None else "passed" if tested(name, python, options) else "FAILED"
-    print("\nwith PyTorch" if TORCH else "\nwithout PyTorch (HEMLINE_TORCH=1 takes it along)")
+    for name in names:
+        python = find_python(PYTHONS[0] if name == LOWEST else name)
+        results[name] = (
+            "not installed" if python is None else "passed" if run_tests(name, python, options) else "FAILED"
+        )
+    print("\nwith PyTorch" if TORCH else "\nwithout PyTorch (HEMLINE_TORCH=1 includes it)")
     for name, result in results.items():
         print(f"{'Python ' + name if name != LOWEST else 'the lowest versions'}: {result}")
-    if set(results.values()) == {"not at hand"}:
+    if set(results.values()) == {"not installed"}:
         return 2
     return int("FAILED" in results.values())
 

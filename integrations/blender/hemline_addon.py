@@ -1,12 +1,12 @@
 """Garments of hemline in Blender: a model on a motion, as an object that can be played again at any time.
 
-Blender's own Python lacks what hemline needs, so the add-on calls the program `hemline` and reads the point caches
-(PC2) that it writes. An object, made by *Add > Mesh > hemline garment*, holds the settings. *Play* moves garment and
-body under it by Mesh Cache modifiers; what else was done to these objects (materials, modifiers) stays. *Bake* puts
-the caches beside the .blend, or the frames into shape keys. The page `integrations/blender/README.md` tells the rest.
+Blender's Python lacks the dependencies of hemline, so the add-on runs the program `hemline` and reads the point caches
+(PC2) that it writes. An object, made by *Add > Mesh > hemline garment*, stores the settings. *Play* moves garment and
+body below it with Mesh Cache modifiers; other changes of these objects (materials, modifiers) are kept. *Bake* writes
+the caches beside the .blend, or the frames to shape keys. See `integrations/blender/README.md`.
 """
 
-# Blender's classes name their properties by annotations that are calls, and `bpy` is in Blender alone.
+# Blender declares properties by annotations that are calls, and `bpy` exists only in Blender.
 # pyright: reportMissingImports=false, reportInvalidTypeForm=false, reportAttributeAccessIssue=false
 
 import json
@@ -37,26 +37,26 @@ bl_info = {
     "version": (0, 1, 0),
     "blender": (4, 2, 0),
     "location": "3D View > Sidebar > hemline; Add > Mesh > hemline garment",
-    "description": "Garments that swing: plays a model of hemline on a motion",
+    "description": "Plays a garment model of hemline on a motion",
     "category": "Animation",
 }
 
 PARTS = {"garment": (0.72, 0.23, 0.17), "body": (0.70, 0.68, 0.66)}
-"""Names of the parts, and the colours that they get when they are made (sRGB)."""
+"""Names of the parts, and the colours of their first material (sRGB)."""
 MODIFIER = "hemline"
-BEATS_S, QUIET_S = 0.1, 0.6
-"""How often a running program is looked at; how long settings must rest before they are played by themselves [s]."""
+CHECK_S, REST_S = 0.1, 0.6
+"""Interval at which a running program is checked, and time after the last change before a live object plays [s]."""
 
 
 class Refused(Exception):
-    """What cannot be done, in words for the user."""
+    """An error, in words for the user."""
 
 
 # ---------------------------------------------------------------------------------------------- calling hemline
 
 
 def executable(context) -> str:
-    """The program: the one that the preferences name, else the first on the PATH."""
+    """Returns the path of the program: that of the preferences, otherwise the first one on the PATH."""
     addon = context.preferences.addons.get(__name__)
     named = addon.preferences.executable if addon else ""
     found = shutil.which(bpy.path.abspath(named) if named else "hemline")
@@ -66,48 +66,48 @@ def executable(context) -> str:
     return found
 
 
-def named(text: str) -> str:
-    """A name as it is, a file with its whole path."""
+def absolute_name(text: str) -> str:
+    """Returns a shipped name unchanged, and a file with its absolute path."""
     return os.path.abspath(bpy.path.abspath(text)) if text.startswith("//") or Path(text).suffix else text
 
 
 def rate(scene) -> float:
-    """Frames a second of a scene."""
+    """Returns the frames per second of a scene."""
     return scene.render.fps / scene.render.fps_base
 
 
 def arguments(root, scene) -> list[str]:
-    """What hemline is asked for; all that changes the caches is in it."""
-    asked = root.hemline
-    words = ["animate", named(asked.model), "--motion", named(asked.motion)]
-    words += ["--fps", repr(asked.fps or rate(scene)), "--detail", f"{asked.detail:.6g}"]
-    betas = np.trim_zeros(np.array(asked.betas), "b")
+    """Returns the arguments of hemline, which depend on everything that changes the caches."""
+    settings = root.hemline
+    words = ["animate", absolute_name(settings.model), "--motion", absolute_name(settings.motion)]
+    words += ["--fps", repr(settings.fps or rate(scene)), "--detail", f"{settings.detail:.6g}"]
+    betas = np.trim_zeros(np.array(settings.betas), "b")
     words += ["--betas", *(f"{beta:.6g}" for beta in betas)] if len(betas) else []
-    for flag, value in (("--garment", asked.garment), ("--body", asked.body), ("--shapes", asked.shapes)):
-        words += [flag, named(value)] if value else []
-    words += ["--start", f"{asked.start:.6g}"] if asked.start else []
-    words += ["--seconds", f"{asked.seconds:.6g}"] if asked.seconds else []
-    return words + (["--untangle"] if asked.untangle else [])
+    for flag, value in (("--garment", settings.garment), ("--body", settings.body), ("--shapes", settings.shapes)):
+        words += [flag, absolute_name(value)] if value else []
+    words += ["--start", f"{settings.start:.6g}"] if settings.start else []
+    words += ["--seconds", f"{settings.seconds:.6g}"] if settings.seconds else []
+    return words + (["--untangle"] if settings.untangle else [])
 
 
-def all_asked(root, scene) -> str:
-    """All that what is shown depends on, for a look at whether it was changed."""
-    asked = root.hemline
-    mesh = asked.mesh.name if asked.mesh else ""
-    return json.dumps([arguments(root, scene), mesh, repr(rate(scene)), asked.with_body])
+def settings_key(root, scene) -> str:
+    """Returns a text of all settings that change the result, to detect changes."""
+    settings = root.hemline
+    mesh = settings.mesh.name if settings.mesh else ""
+    return json.dumps([arguments(root, scene), mesh, repr(rate(scene)), settings.with_body])
 
 
 class Job:
-    """One run of hemline, read by a thread while Blender goes on."""
+    """One run of hemline, whose output a thread reads while Blender continues."""
 
     running: "Job | None" = None
-    """The one that the panel shows; there is one at a time."""
+    """The run that the panel shows; there is one at a time."""
     folders: ClassVar[set[Path]] = set()
-    """Folders that were made since Blender was started: none but these are ever removed, whatever a .blend names."""
+    """Folders that were made since Blender was started; only these are ever removed, whatever a .blend refers to."""
 
     def __init__(self, context, root):
         self.owner, self.scene = root.session_uid, context.scene.name
-        self.asked = all_asked(root, context.scene)
+        self.settings_key = settings_key(root, context.scene)
         words, program = arguments(root, context.scene), executable(context)
         self.folder = Path(tempfile.mkdtemp(prefix="hemline-", dir=bpy.app.tempdir or None)).resolve()
         self.folders.add(self.folder)
@@ -139,12 +139,12 @@ class Job:
                 self.said.append(line.rstrip())
 
     def stop(self) -> None:
-        """End the program; what was played before stays."""
+        """Ends the program; the previous result is kept."""
         self.stopped = True
         self.process.terminate()
 
     def result(self) -> list[Path]:
-        """Wait for the end; the caches and meshes that were written."""
+        """Waits for the end; returns the caches and meshes that were written."""
         told = self.process.stdout.read()
         status = self.process.wait()
         self.reader.join()
@@ -159,12 +159,12 @@ class Job:
             raise Refused(f"the program is not hemline; got {got}; name another one in the preferences") from None
 
     def clear(self) -> None:
-        """Remove what the program wrote."""
+        """Removes the files of the program."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
 def write_mesh(mesh_object, path: Path, context) -> Path:
-    """A mesh of the scene as OBJ for hemline: the world's metres, y up."""
+    """Writes a mesh of the scene as OBJ for hemline, in metres of the world, y up."""
     if mesh_object.type != "MESH":
         raise Refused(f"the garment must be a mesh; got '{mesh_object.name}', a {mesh_object.type.lower()}; choose one")
     evaluated = mesh_object.evaluated_get(context.evaluated_depsgraph_get())
@@ -184,7 +184,7 @@ def write_mesh(mesh_object, path: Path, context) -> Path:
 
 
 def read_obj(path: Path) -> tuple[np.ndarray, np.ndarray, str]:
-    """Vertices (verts, 3) in metres, y up, triangles (faces, 3), and the notices, of an OBJ that hemline wrote."""
+    """Reads vertices (verts, 3) [m], y up, triangles (faces, 3), and notices of an OBJ that hemline wrote."""
     lines = path.read_text(encoding="utf-8").splitlines()
     vertices = np.array([line.split()[1:4] for line in lines if line.startswith("v ")], np.float32)
     faces = np.array([line.split()[1:4] for line in lines if line.startswith("f ")], np.int32) - 1
@@ -192,33 +192,33 @@ def read_obj(path: Path) -> tuple[np.ndarray, np.ndarray, str]:
 
 
 def z_up(vertices: np.ndarray) -> np.ndarray:
-    """Blender's axes of vertices that are y up."""
+    """Converts vertices from y up to Blender's axes."""
     return np.stack([vertices[..., 0], -vertices[..., 2], vertices[..., 1]], axis=-1)
 
 
 def read_frames(path: str) -> np.ndarray:
-    """Vertices (frames, verts, 3) in Blender's axes [m] of a PC2 file."""
+    """Reads vertices (frames, verts, 3) of a PC2 file, in Blender's axes [m]."""
     header = np.fromfile(path, np.dtype("<i4"), 8)
     points, frames = int(header[4]), int(header[7])
     return z_up(np.memmap(path, np.dtype("<f4"), "r", 32, (frames, points, 3)))
 
 
 def part_of(root, part: str):
-    """The garment or the body of an object, or None."""
+    """Returns the garment or the body of an object, or None."""
     return next((child for child in root.children if child.hemline.part == part), None)
 
 
 def root_of(chosen):
-    """The object with the settings, of itself or of one of its parts; None of any other."""
+    """Returns the object with the settings for itself or one of its parts; None for other objects."""
     while chosen is not None and not chosen.hemline.is_root:
         chosen = chosen.parent
     return chosen
 
 
-def shown(root, part: str, path: Path, cache: Path, timing: dict) -> None:
-    """Give a part its mesh and its cache; an object that exists is kept, with all that was done to it."""
+def show_part(root, part: str, path: Path, cache: Path, timing: dict) -> None:
+    """Gives a part its mesh and its cache; an existing object keeps all other changes."""
     vertices, faces, notices = read_obj(path)
-    found = part_of(root, part) or made(root, part)
+    found = part_of(root, part) or add_part(root, part)
     if found.data.shape_keys:
         found.shape_key_clear()
     mesh = found.data
@@ -232,11 +232,11 @@ def shown(root, part: str, path: Path, cache: Path, timing: dict) -> None:
     mesh.vertices.foreach_set("co", z_up(vertices).ravel())
     mesh.update()
     found["notices"] = notices
-    cached(found, str(cache), timing)
+    set_cache(found, str(cache), timing)
 
 
-def made(root, part: str):
-    """A new part of an object, with a plain material."""
+def add_part(root, part: str):
+    """Adds a part of an object, with a plain material."""
     mesh = bpy.data.meshes.new(f"{root.name} {part}")
     found = bpy.data.objects.new(mesh.name, mesh)
     for collection in root.users_collection:
@@ -253,8 +253,8 @@ def made(root, part: str):
     return found
 
 
-def cached(part, path: str, timing: dict) -> None:
-    """The modifier that moves a part, first of all, reading a cache whose y is up."""
+def set_cache(part, path: str, timing: dict) -> None:
+    """Makes a part read a y-up cache, with its first modifier."""
     modifier = part.modifiers.get(MODIFIER) or part.modifiers.new(MODIFIER, "MESH_CACHE")
     part.modifiers.move(part.modifiers.find(MODIFIER), 0)
     modifier.cache_format, modifier.filepath = "PC2", path
@@ -262,34 +262,34 @@ def cached(part, path: str, timing: dict) -> None:
     modifier.frame_scale, modifier.frame_start = timing["scale"], timing["start"]
 
 
-def timing(root, scene) -> dict:
-    """Sample = `scale` x frame - `start`, as the modifier counts."""
+def cache_timing(root, scene) -> dict:
+    """Returns scale and start of the modifier: sample = `scale` x frame - `start`."""
     scale = (root.hemline.fps or rate(scene)) / rate(scene)
     return {"scale": scale, "start": scale * root.hemline.first_frame}
 
 
-def retimed(settings, context) -> None:
-    """The first frame acts at once: nothing has to be played again."""
+def move_start(settings, context) -> None:
+    """Applies a change of the first frame, which does not require playing again."""
     root = settings.id_data
     for part in root.children:
         modifier = part.modifiers.get(MODIFIER)
         if modifier is not None:
-            modifier.frame_start = timing(root, context.scene)["start"]
+            modifier.frame_start = cache_timing(root, context.scene)["start"]
 
 
 def cache_of(root) -> str:
-    """Path of the garment's cache, or "" where there is none (any more)."""
+    """Returns the path of the garment's cache, or "" if it does not exist."""
     garment = part_of(root, "garment")
     modifier = garment.modifiers.get(MODIFIER) if garment else None
     path = bpy.path.abspath(modifier.filepath) if modifier else ""
     return path if os.path.isfile(path) else ""
 
 
-def played(job: Job) -> str:
-    """Show what a run wrote, on the object that asked for it; what hemline said.
+def show_result(job: Job) -> str:
+    """Shows the result of a run on its object; returns the messages of hemline.
 
     Raises:
-        Refused: It failed, or the object is gone; what was shown before stays.
+        Refused: The run failed, or the object is gone; the previous result is kept.
     """
     try:
         files = job.result()
@@ -301,13 +301,13 @@ def played(job: Job) -> str:
         wanted = ["garment", "body"] if root.hemline.with_body else ["garment"]
         for part, cache, mesh in zip(PARTS, files[::2], files[1::2], strict=False):
             if part in wanted:
-                shown(root, part, mesh, cache, timing(root, scene))
+                show_part(root, part, mesh, cache, cache_timing(root, scene))
         if "body" not in wanted and part_of(root, "body"):
             bpy.data.objects.remove(part_of(root, "body"))
-        root.hemline.played = job.asked
+        root.hemline.played = job.settings_key
         root.hemline.frames = len(read_frames(str(files[0])))
         if root.hemline.fit_range:
-            last = (root.hemline.frames - 1) / timing(root, scene)["scale"]
+            last = (root.hemline.frames - 1) / cache_timing(root, scene)["scale"]
             scene.frame_start, scene.frame_end = root.hemline.first_frame, root.hemline.first_frame + round(last)
     except Refused:
         job.clear()
@@ -318,16 +318,16 @@ def played(job: Job) -> str:
 
 
 def in_use(folder: Path) -> bool:
-    """Whether some object reads a cache of a folder: a copy of ours does."""
+    """Whether some object, such as a copy of ours, reads a cache of a folder."""
     modifiers = (modifier for each in bpy.data.objects for modifier in each.modifiers if modifier.type == "MESH_CACHE")
     return any(Path(bpy.path.abspath(modifier.filepath)).resolve().parent == folder for modifier in modifiers)
 
 
-# ---------------------------------------------------------------------------------------------- what acts by itself
+# ---------------------------------------------------------------------------------------------- timers
 
 
-def looked_at() -> float | None:
-    """A timer: draw how far the program is, show what it wrote when it ends."""
+def watch_job() -> float | None:
+    """Timer: draws the progress of the program, and shows its result when it ends."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
@@ -336,81 +336,81 @@ def looked_at() -> float | None:
     if job is None:
         return None
     if job.process.poll() is None:
-        return BEATS_S
+        return CHECK_S
     Job.running = None
     root = next((each for each in bpy.data.objects if each.session_uid == job.owner), None)
     try:
-        said, failed = played(job), False
+        said, failed = show_result(job), False
     except Refused as refused:
         said, failed = str(refused), True
     if root is not None:
         root.hemline.said, root.hemline.failed = said, failed
-    return BEATS_S  # once more, so that the end is drawn
+    return CHECK_S  # once more, so that the end is drawn
 
 
-def began(context, root) -> None:
-    """Start a run and the timer that looks after it."""
+def start_job(context, root) -> None:
+    """Starts a run and its timer."""
     if Job.running is not None:
         raise Refused("hemline is at work on another object; wait for it, or stop it")
     Job.running = Job(context, root)
-    if not bpy.app.timers.is_registered(looked_at):
-        bpy.app.timers.register(looked_at, first_interval=BEATS_S, persistent=True)
+    if not bpy.app.timers.is_registered(watch_job):
+        bpy.app.timers.register(watch_job, first_interval=CHECK_S, persistent=True)
 
 
-def quiet() -> float | None:
-    """A timer: settings have rested; play those objects that want it."""
+def play_changed() -> float | None:
+    """Timer: plays live objects whose settings have changed."""
     if Job.running is not None:
-        return QUIET_S
+        return REST_S
     for root in bpy.context.scene.objects:
-        if root.hemline.is_root and root.hemline.live and outdated(root, bpy.context.scene):
+        if root.hemline.is_root and root.hemline.live and is_outdated(root, bpy.context.scene):
             try:
-                began(bpy.context, root)
+                start_job(bpy.context, root)
             except Refused as refused:
                 root.hemline.said, root.hemline.failed = str(refused), True
                 continue
-            return QUIET_S
+            return REST_S
     return None
 
 
-def changed(settings, context) -> None:
-    """A setting was changed: where that is wanted, play it soon."""
+def on_change(settings, context) -> None:
+    """Starts the timer of live objects after a change of a setting."""
     if settings.live:
-        if bpy.app.timers.is_registered(quiet):
-            bpy.app.timers.unregister(quiet)
-        bpy.app.timers.register(quiet, first_interval=QUIET_S)
+        if bpy.app.timers.is_registered(play_changed):
+            bpy.app.timers.unregister(play_changed)
+        bpy.app.timers.register(play_changed, first_interval=REST_S)
 
 
-def outdated(root, scene) -> bool:
-    """Whether settings are others than those that were played."""
-    return root.hemline.played != all_asked(root, scene)
+def is_outdated(root, scene) -> bool:
+    """Whether settings have changed since they were played."""
+    return root.hemline.played != settings_key(root, scene)
 
 
 # ---------------------------------------------------------------------------------------------- baking
 
 
-def baked_parts(root, scene) -> list:
-    """Parts that can be baked.
+def parts_to_bake(root, scene) -> list:
+    """Returns the parts that can be baked.
 
     Raises:
-        Refused: Nothing was played, its caches are gone, or settings were changed since.
+        Refused: Nothing was played, its caches are gone, or settings have changed since.
     """
     if not cache_of(root):
         raise Refused("nothing to bake; got no point cache; press Play first")
-    if outdated(root, scene):
+    if is_outdated(root, scene):
         raise Refused("the settings are others than those that were played; press Play first")
     return [part for part in (part_of(root, each) for each in PARTS) if part is not None]
 
 
-def baked_to_caches(root, scene) -> str:
-    """Put the caches beside the .blend, all or none."""
+def bake_to_caches(root, scene) -> str:
+    """Copies the caches to a folder beside the .blend, all or none."""
     if not bpy.data.is_saved:
         raise Refused("point caches lie beside the .blend; got one that was never saved; save it first, or bake keys")
-    parts, folder = baked_parts(root, scene), Path(bpy.path.abspath("//hemline"))
+    parts, folder = parts_to_bake(root, scene), Path(bpy.path.abspath("//hemline"))
     stem = bpy.path.clean_name(root.name)
     targets = [folder / f"{stem}{suffix}.pc2" for suffix in ("", "_body")[: len(parts)]]
     try:
         folder.mkdir(exist_ok=True)
-        copied([bpy.path.abspath(part.modifiers[MODIFIER].filepath) for part in parts], targets)
+        copy_files([bpy.path.abspath(part.modifiers[MODIFIER].filepath) for part in parts], targets)
     except OSError as error:
         got = f"{Path(error.filename2 or error.filename or folder).name}: {error.strerror or error}"
         raise Refused(f"cannot write into {folder}; got {got}; make room there, or bake keys") from error
@@ -419,14 +419,14 @@ def baked_to_caches(root, scene) -> str:
     return f"{root.hemline.frames} frames in {folder}"
 
 
-def copied(sources: list[str], targets: list[Path]) -> None:
-    """Copy files to others, all or none; at each moment each of the others is whole, the old one or the new one."""
+def copy_files(sources: list[str], targets: list[Path]) -> None:
+    """Copies files, all or none; each target is complete at every moment, either old or new."""
     with tempfile.TemporaryDirectory(dir=targets[0].parent) as waiting:
         copies = [
             shutil.copyfile(source, Path(waiting) / target.name)
             for source, target in zip(sources, targets, strict=True)
         ]
-        before = [also_named(target, Path(waiting) / f"{target.name}.before") for target in targets]
+        before = [link_or_copy(target, Path(waiting) / f"{target.name}.before") for target in targets]
         try:
             for copy, target in zip(copies, targets, strict=True):
                 os.replace(copy, target)
@@ -439,8 +439,8 @@ def copied(sources: list[str], targets: list[Path]) -> None:
             raise
 
 
-def also_named(path: Path, name: Path) -> "Path | None":
-    """Give a file a second name, or copy it where the disk knows no second names; None: there is no file."""
+def link_or_copy(path: Path, name: Path) -> "Path | None":
+    """Links a file to a second name, or copies it where the disk has no links; returns None without a file."""
     if not path.is_file():
         return None
     try:
@@ -450,10 +450,10 @@ def also_named(path: Path, name: Path) -> "Path | None":
     return name
 
 
-def baked_to_keys(root, scene) -> str:
-    """Put every sample into a shape key, and the key's value on a line from 0 to 1 and back."""
-    parts = baked_parts(root, scene)
-    scale, first = timing(root, scene)["scale"], root.hemline.first_frame
+def bake_to_keys(root, scene) -> str:
+    """Makes a shape key of every sample, whose value goes linearly from 0 to 1 and back."""
+    parts = parts_to_bake(root, scene)
+    scale, first = cache_timing(root, scene)["scale"], root.hemline.first_frame
     for part in parts:
         samples = read_frames(bpy.path.abspath(part.modifiers[MODIFIER].filepath))
         part.modifiers.remove(part.modifiers[MODIFIER])
@@ -474,7 +474,7 @@ def baked_to_keys(root, scene) -> str:
 
 
 def curves(animation):
-    """Curves of an action, in Blender 4 and in its later layers."""
+    """Returns the curves of an action, in Blender 4 and in later versions with layers."""
     action = animation.action
     if hasattr(action, "fcurves"):
         return list(action.fcurves)
@@ -482,17 +482,17 @@ def curves(animation):
     return [curve for bag in bags for curve in bag.fcurves]
 
 
-# ---------------------------------------------------------------------------------------------- what users see
+# ---------------------------------------------------------------------------------------------- user interface
 
 
 class HemlinePreferences(bpy.types.AddonPreferences):
-    """Where hemline is."""
+    """Preferences of the add-on: the path of hemline."""
 
     bl_idname = __name__
     executable: StringProperty(
         name="hemline",
         subtype="FILE_PATH",
-        description="The program, such as .venv/bin/hemline; empty: the one on PATH",
+        description="Path of the program, such as .venv/bin/hemline. If empty, it is searched on the PATH",
     )
 
     def draw(self, context):
@@ -504,14 +504,14 @@ class HemlinePreferences(bpy.types.AddonPreferences):
 
 
 class HemlineSettings(bpy.types.PropertyGroup):
-    """What an object plays, and what became of it."""
+    """Settings of an object, and the result of its last run."""
 
     is_root: BoolProperty()
     part: StringProperty()
     model: StringProperty(
         name="Model",
         default="cape",
-        update=changed,
+        update=on_change,
         subtype="FILE_PATH",
         description="A model file, or the name of a shipped one: cape, skirt, tshirt-light, longsleeve-light, "
         "trousers-light; lag, live and swingar play any garment",
@@ -519,56 +519,60 @@ class HemlineSettings(bpy.types.PropertyGroup):
     motion: StringProperty(
         name="Motion",
         default="run",
-        update=changed,
+        update=on_change,
         subtype="FILE_PATH",
         description="A clip (BVH, AMASS npz), or the name of a shipped one: walk, run, turn, jump, kick, dance",
     )
     garment: StringProperty(
         name="Garment",
-        update=changed,
+        update=on_change,
         subtype="FILE_PATH",
-        description="For the models lag, live and swingar: a mesh, the name of a garment, or one from measures, "
-        "as dress:7",
+        description="For the models lag, live and swingar: a mesh, the name of a garment, or a generated one, "
+        "such as dress:7",
     )
     mesh: PointerProperty(
         name="or Mesh",
         type=bpy.types.Object,
-        update=changed,
+        update=on_change,
         poll=lambda self, each: each.type == "MESH" and not each.hemline.part,
-        description="For the models lag, live and swingar: a mesh of this scene, as it is now",
+        description="For the models lag, live and swingar: a mesh of this scene",
     )
     body: StringProperty(
-        name="Body", update=changed, subtype="FILE_PATH", description="Another body; empty: the model's own"
+        name="Body", update=on_change, subtype="FILE_PATH", description="Another body. If empty, that of the model"
     )
     shapes: StringProperty(
         name="Shapes",
-        update=changed,
+        update=on_change,
         subtype="FILE_PATH",
-        description="A model of the same garment that knows what shapes do; empty: none",
+        description="A model of the same garment that knows the effect of shapes",
     )
     betas: FloatVectorProperty(
-        name="Betas", size=10, update=changed, soft_min=-2, soft_max=2, description="Shape of the body"
+        name="Betas", size=10, update=on_change, soft_min=-2, soft_max=2, description="Shape of the body"
     )
     start: FloatProperty(
-        name="From", min=0, unit="TIME_ABSOLUTE", update=changed, description="Where in the clip to begin [s]"
+        name="From", min=0, unit="TIME_ABSOLUTE", update=on_change, description="Start time within the clip [s]"
     )
     seconds: FloatProperty(
         name="Seconds",
         min=0,
         unit="TIME_ABSOLUTE",
-        update=changed,
-        description="How much of the clip; 0: to its end [s]",
+        update=on_change,
+        description="Duration of the clip; 0 plays to its end [s]",
     )
-    untangle: BoolProperty(name="Untangle", update=changed, description="Lift limbs out of each other first")
-    fps: FloatProperty(name="Rate", min=0, update=changed, description="Samples a second; 0: the scene's frames")
+    untangle: BoolProperty(name="Untangle", update=on_change, description="Lift limbs out of each other first")
+    fps: FloatProperty(
+        name="Rate", min=0, update=on_change, description="Samples per second; 0 uses the frame rate of the scene"
+    )
     detail: FloatProperty(
-        name="Quality", default=1, min=0.02, max=1, update=changed, description="Share of the garment's vertices"
+        name="Quality", default=1, min=0.02, max=1, update=on_change, description="Fraction of the garment's vertices"
     )
-    first_frame: IntProperty(name="First Frame", default=1, update=retimed, description="Where the clip begins")
-    with_body: BoolProperty(name="Body Mesh", default=True, update=changed, description="Show the body, too")
-    fit_range: BoolProperty(name="Fit Range", default=True, description="Give the scene the frames of the clip")
-    live: BoolProperty(name="Live", update=changed, description="Play again whenever a setting was changed")
-    played: StringProperty()
+    first_frame: IntProperty(
+        name="First Frame", default=1, update=move_start, description="Frame of the scene at which the clip begins"
+    )
+    with_body: BoolProperty(name="Body Mesh", default=True, update=on_change, description="Show the body")
+    fit_range: BoolProperty(name="Fit Range", default=True, description="Set the frame range of the scene to the clip")
+    live: BoolProperty(name="Live", update=on_change, description="Play again whenever a setting changes")
+    show_result: StringProperty()
     frames: IntProperty()
     said: StringProperty()
     failed: BoolProperty()
@@ -592,9 +596,9 @@ class HEMLINE_OT_add(bpy.types.Operator):
 
 
 class OnAnObject:
-    """An operator on the active object, or on that of which it is a part."""
+    """An operator on the active object, or on the object of which it is a part."""
 
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012, Blender's own way
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012, as Blender does
 
     @classmethod
     def poll(cls, context):
@@ -603,7 +607,7 @@ class OnAnObject:
     def execute(self, context):
         root = root_of(context.object)
         try:
-            said, failed = self.done(context, root), False
+            said, failed = self.run_on(context, root), False
         except Refused as refused:
             said, failed = str(refused), True
         root.hemline.said, root.hemline.failed = said, failed
@@ -617,13 +621,13 @@ class HEMLINE_OT_play(OnAnObject, bpy.types.Operator):
 
     bl_idname, bl_label = "hemline.play", "Play"
 
-    def done(self, context, root):
-        return played(Job(context, root))
+    def run_on(self, context, root):
+        return show_result(Job(context, root))
 
     def invoke(self, context, event):
         root = root_of(context.object)
         try:
-            began(context, root)
+            start_job(context, root)
         except Refused as refused:
             root.hemline.said, root.hemline.failed = str(refused), True
             self.report({"ERROR"}, str(refused))
@@ -633,7 +637,7 @@ class HEMLINE_OT_play(OnAnObject, bpy.types.Operator):
 
 
 class HEMLINE_OT_stop(bpy.types.Operator):
-    """Stop hemline; what was played before stays"""
+    """Stop hemline and keep the previous result"""
 
     bl_idname, bl_label = "hemline.stop", "Stop"
 
@@ -647,19 +651,19 @@ class HEMLINE_OT_stop(bpy.types.Operator):
 
 
 class HEMLINE_OT_bake(OnAnObject, bpy.types.Operator):
-    """Make what was played part of this file, so that it needs hemline no more"""
+    """Store the result in this file, so that hemline is not needed any more"""
 
     bl_idname, bl_label = "hemline.bake", "Bake"
     into: EnumProperty(
         name="Into",
         items=[
             ("CACHE", "Point Cache", "PC2 files in the folder 'hemline' beside the .blend"),
-            ("KEYS", "Shape Keys", "A shape key a frame, inside the .blend"),
+            ("KEYS", "Shape Keys", "A shape key per frame, inside the .blend"),
         ],
     )
 
-    def done(self, context, root):
-        return {"CACHE": baked_to_caches, "KEYS": baked_to_keys}[self.into](root, context.scene)
+    def run_on(self, context, root):
+        return {"CACHE": bake_to_caches, "KEYS": bake_to_keys}[self.into](root, context.scene)
 
 
 class HEMLINE_PT_panel(bpy.types.Panel):
@@ -673,10 +677,10 @@ class HEMLINE_PT_panel(bpy.types.Panel):
         if root is None:
             layout.operator("hemline.add", icon="ADD")
             return
-        asked = root.hemline
+        settings = root.hemline
         for names in (
             ("model", "motion"),
-            ("garment", "mesh") if asked.model in ("lag", "live", "swingar") else (),
+            ("garment", "mesh") if settings.model in ("lag", "live", "swingar") else (),
             ("start", "seconds", "untangle"),
             ("body", "shapes"),
             ("fps", "detail", "first_frame"),
@@ -684,8 +688,8 @@ class HEMLINE_PT_panel(bpy.types.Panel):
         ):
             column = layout.column(align=True)
             for name in names:
-                column.prop(asked, name)
-        layout.column(align=True).prop(asked, "betas")
+                column.prop(settings, name)
+        layout.column(align=True).prop(settings, "betas")
         self.draw_doing(context, root)
 
     def draw_doing(self, context, root):
@@ -698,7 +702,7 @@ class HEMLINE_PT_panel(bpy.types.Panel):
             row.operator("hemline.stop", text="", icon="CANCEL")
         if root.hemline.played and not cache_of(root) and not part_of(root, "garment").data.shape_keys:
             layout.label(text="The point cache is gone: press Play", icon="ERROR")
-        elif root.hemline.played and outdated(root, context.scene):
+        elif root.hemline.played and is_outdated(root, context.scene):
             layout.label(text="Settings were changed: press Play", icon="INFO")
         row = layout.row(align=True)
         row.operator("hemline.bake", text="Bake Cache").into = "CACHE"
@@ -722,12 +726,12 @@ CLASSES = (
 
 
 def menu(self, context) -> None:
-    """A line of Add > Mesh."""
+    """Adds the entry to the menu Add > Mesh."""
     self.layout.operator("hemline.add", icon="MOD_CLOTH")
 
 
 def register() -> None:
-    """Blender calls this when the add-on is enabled."""
+    """Registers the add-on; Blender calls it when it is enabled."""
     for each in CLASSES:
         bpy.utils.register_class(each)
     bpy.types.Object.hemline = PointerProperty(type=HemlineSettings)
@@ -735,8 +739,8 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Blender calls this when the add-on is disabled; objects stay, with their settings."""
-    for timer in (looked_at, quiet):
+    """Unregisters the add-on; objects keep their settings."""
+    for timer in (watch_job, play_changed):
         if bpy.app.timers.is_registered(timer):
             bpy.app.timers.unregister(timer)
     if Job.running is not None:

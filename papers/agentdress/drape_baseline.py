@@ -1,4 +1,4 @@
-"""The clothing shape model of DRAPE, which AgentDress compares its own with."""
+"""The clothing shape model of DRAPE, a baseline of the paper."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,11 +16,12 @@ Gradients = Float[np.ndarray, "shapes faces 3 3"]
 
 
 def frames(worn: Worn, faces: Faces) -> Gradients:
-    r"""Columns: two edges of each triangle, and its normal as long as the root of twice its area [m].
+    r"""Returns a frame of each triangle: two edges, and the normal scaled to the root of twice the area, as columns
+    [m].
 
     Args:
         worn: Garments [m].
-        faces: Their triangles.
+        faces: Triangles of the garments.
     """
     corners = worn[:, faces]
     first, second = corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0]
@@ -31,12 +32,12 @@ def frames(worn: Worn, faces: Faces) -> Gradients:
 
 @dataclass(frozen=True, eq=False)
 class Poisson:
-    """The vertices that fit given deformation gradients best: the matrix is factorised once.
+    """Least-squares solver for vertices from deformation gradients, factorised once.
 
     Attributes:
         reference: The garment that the gradients deform [m].
-        faces: Its triangles.
-        roots: The roots of their areas [m].
+        faces: Triangles of the garment.
+        roots: Square roots of the triangle areas [m].
     """
 
     reference: Float[np.ndarray, "verts 3"]
@@ -47,57 +48,57 @@ class Poisson:
 
     @classmethod
     def of(cls, reference: Float[np.ndarray, "verts 3"], faces: Faces) -> Self:
-        """Factorise the least-squares problem of a garment [m].
+        """Factorises the least-squares problem of a garment [m].
 
         Raises:
-            BadMesh: The garment is in several parts, which no gradient holds together.
+            BadMesh: The garment has several parts, whose relative position gradients do not determine.
         """
         from scipy.sparse import csr_matrix
         from scipy.sparse.linalg import splu
 
         parts = int(components(faces, len(reference)).max()) + 1
         if parts > 1:
-            raise BadMesh("deformation gradients tell nothing of where parts lie", f"{parts} parts", "take one of them")
+            raise BadMesh("deformation gradients do not place separate parts", f"{parts} parts", "take one of them")
         roots = np.sqrt(face_areas(reference, faces))
         edges, weights = np.arange(2 * len(faces)), np.tile(roots, 2)
         shape = (2 * len(faces), len(reference))
         ends = csr_matrix((weights, (edges, faces[:, 1:].T.ravel())), shape)
         starts = csr_matrix((weights, (edges, np.tile(faces[:, 0], 2))), shape)
-        free = (ends - starts)[:, 1:]  # the first vertex stays; the whole is moved to its place afterwards
+        free = (ends - starts)[:, 1:]  # the first vertex is fixed; the garment is moved to its place afterwards
         return cls(reference, faces, roots, free.T.tocsr(), splu((free.T @ free).tocsc()).solve)
 
     def gradients(self, worn: Worn) -> Gradients:
-        """How each triangle of the reference is deformed; the third direction is that of the normal [1]."""
+        """Returns the deformation gradient of each triangle; the third direction is the normal [1]."""
         return frames(worn, self.faces) @ np.linalg.inv(frames(self.reference[None], self.faces))
 
     def rows(self, worn: Worn, scales: Float[np.ndarray, " faces"]) -> Float[np.ndarray, "shapes entries"]:
-        """The gradients of each garment in one row, those of each triangle scaled."""
+        """Returns the scaled gradients of each garment in one row."""
         return (self.gradients(worn) * scales[:, None, None]).reshape(len(worn), -1)
 
     def vertices(self, gradients: Gradients, centres: Float[np.ndarray, "shapes 3"]) -> Worn:
-        r"""$\arg\min_y \sum_t a_t \sum_k |y_{t,k} - y_{t,0} - F_t (x_{t,k} - x_{t,0})|^2$, by area [m].
+        r"""Returns $\arg\min_y \sum_t a_t \sum_k |y_{t,k} - y_{t,0} - F_t (x_{t,k} - x_{t,0})|^2$, by area [m].
 
         Args:
             gradients: $F$.
-            centres: Mean of the vertices, which the gradients leave open [m].
+            centres: Mean of the vertices, which the gradients do not determine [m].
         """
         edges = (gradients @ frames(self.reference[None], self.faces))[:, :, :, :2] * self.roots[:, None, None]
         right = edges.transpose(3, 1, 0, 2).reshape(2 * len(self.faces), -1)
-        found = np.zeros((len(self.reference), right.shape[1]))
-        found[1:] = self._solve(self._differences @ right)
-        worn = found.reshape(len(found), -1, 3).transpose(1, 0, 2)
+        solution = np.zeros((len(self.reference), right.shape[1]))
+        solution[1:] = self._solve(self._differences @ right)
+        worn = solution.reshape(len(solution), -1, 3).transpose(1, 0, 2)
         return worn + (centres - worn.mean(axis=1))[:, None]
 
 
 @dataclass(frozen=True, eq=False)
 class DrapeShapeModel:
-    """A garment on bodies of any shape, told by how its triangles are deformed.
+    """A shape model on the deformation gradients of a garment.
 
     Attributes:
-        poisson: From gradients back to vertices.
-        gradients: Principal components of the gradients, and what the shape makes of them.
-        scales: What the gradient of each triangle is multiplied by in them.
-        centres: What the shape makes of the mean of the vertices.
+        poisson: Solver from gradients to vertices.
+        gradients: Shape model of the scaled gradients.
+        scales: Scale of the gradient of each triangle.
+        centres: Shape model of the mean of the vertices.
     """
 
     poisson: Poisson
@@ -117,28 +118,28 @@ class DrapeShapeModel:
         squares: bool = False,
         by_area: bool = True,
     ) -> Self:
-        """Components of the gradients, and a regression from the shape to their coefficients.
+        """Fits principal components of the gradients, and a regression from the shape to their coefficients.
 
         Args:
-            poisson: Of the garment on the mean shape.
+            poisson: Solver of the garment on the mean shape.
             worn: The garment on each shape [m].
-            betas: The shapes.
-            components: Principal components.
-            ridge: What the squares of the weights cost.
-            squares: Whether squares of the betas count; DRAPE has none.
-            by_area: Whether triangles count by their area, as they do when vertices are found again. Otherwise a
-                triangle that is folded to nothing on the mean shape may be most of the variance.
+            betas: Betas of each shape.
+            components: Number of principal components.
+            ridge: Penalty on the squared weights.
+            squares: Whether squared betas are features too; DRAPE has none.
+            by_area: Whether triangles count by their area, as in the solver. Otherwise a triangle that is degenerate on
+                the mean shape may dominate the variance.
 
         Source: Guan, Reiss, Hirshberg, Weiss, Black, "DRAPE: DRessing Any PErson", 2012, the shape model, as Wu et al.
-            2021, section 4.3, compare with it. Differs: the third direction of a triangle, which its edges leave open,
-            is its normal; where the garment lies is a regression of the mean of its vertices on the same features, as
-            gradients do not tell it.
+            2021, section 4.3, compare with it. Differs: the third direction of a triangle, which its edges do not
+            determine, is its normal. The place of the garment, which gradients do not determine, is a regression of the
+            mean of its vertices on the same features.
         """
         scales = poisson.roots if by_area else np.ones(len(poisson.faces))
-        told = poisson.rows(worn, scales)
+        rows = poisson.rows(worn, scales)
         return cls(
             poisson,
-            ShapeModel.fit(told, betas, components=components, ridge=ridge, squares=squares),
+            ShapeModel.fit(rows, betas, components=components, ridge=ridge, squares=squares),
             scales,
             ShapeModel.fit(worn.mean(axis=1), betas, components=3, ridge=ridge, squares=squares),
         )
@@ -146,6 +147,6 @@ class DrapeShapeModel:
     def at(
         self, betas: Float[np.ndarray, "shapes betas"], centres: Float[np.ndarray, "shapes 3"] | None = None
     ) -> Worn:
-        """The garment on bodies of these shapes [m]; `centres`: where it is known to lie."""
+        """Returns the garment on bodies of these shapes [m]; `centres`, if given, are the means of its vertices [m]."""
         gradients = self.gradients.at(betas).reshape(len(betas), -1, 3, 3) / self.scales[:, None, None]
         return self.poisson.vertices(gradients, self.centres.at(betas) if centres is None else centres)

@@ -1,21 +1,20 @@
 """AgentDress against settled garments: `python -m papers.agentdress.errors ANCHORS TEST`.
 
-ANCHORS is what `hemline drape GARMENT --anchors ...` made (with `--derivatives`, rigging is measured, too), TEST a
-folder for the test set, made and continued here: the garment walked (`sim.rest.walk`) into poses of clips of subjects
-that are in no fit, each on one of sixteen random bodies and on the mean one. The model is fitted anew.
+ANCHORS is a dataset made by `hemline drape GARMENT --anchors ...`; with `--derivatives`, rigging is measured too. TEST
+is a folder for the test set, made and continued here: the garment settled in poses of people who appear in no fit, each
+on one of sixteen random bodies and on the mean one (`pairs.py`). The model is fitted anew.
 
-Prints mean distances of vertices to the settled garment, writes papers/agentdress/pages/errors-GARMENT.md and its picture, and
-one JSON line to benchmarks/results/agentdress_errors.jsonl.
+Writes papers/agentdress/pages/errors-GARMENT.md with its pictures, and a row in
+benchmarks/results/agentdress_errors.jsonl.
 """
 
-import argparse
-import json
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
+from hemline import pictures
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
 from hemline.animators.agentdress.fit.fit import fit_anchors
@@ -23,53 +22,185 @@ from hemline.animators.agentdress.fit.material_fit import MaterialChanges
 from hemline.animators.agentdress.fit.rigged_anchors import RiggedAnchors, rows_with_derivatives
 from hemline.animators.agentdress.fit.rigged_model import with_rigging
 from hemline.animators.agentdress.model import AnimatorAgentDress
-from hemline.bench.machine import commit, machine
 from hemline.bodies import load as load_body
 from hemline.compiled import use_threads
 from hemline.datasets import Dataset, open_dataset
+from hemline.datasets.joint_sensitivity import joint_weights
 from hemline.errors import BadDataset
-from papers.agentdress.compared import Errors, binding_of, on_random_bodies, on_the_mean_body, played_mm
-from papers.agentdress.convergence import curve
-from papers.agentdress.drawn_pairs import draw_pairs
-from papers.agentdress.errors_page import write_page
-from papers.agentdress.pairs import Pair, settled_nearby, settled_pairs
-from papers.agentdress.pose_models import blended, nearest, ridge
+from hemline.garments import Garment
+from papers.agentdress.ablations import (
+    Errors,
+    PoseModel,
+    binding_of,
+    blend_nearest,
+    errors_on_mean_body,
+    errors_on_random_bodies,
+    model_errors_mm,
+    nearest_anchor,
+    ridge_regression,
+    variants_of,
+)
+from papers.agentdress.drawing import draw_errors
+from papers.agentdress.pairs import Pair, cluster_centres, mean_distance_mm, settle_nearby, settle_pairs
+from papers.report import ROOT, Page, Row, origin_of, parse_options, record
+from papers.rope_chains.drawing.figure import axes, save_sheet
 
-ROOT = Path(__file__).parents[2]
+NAME = "agentdress_errors"
+PAGES = ROOT / "papers" / "agentdress" / "pages"
 LOOSE = -0.5
-"""Bodies whose first beta is at most this: the garment hangs loose on them."""
+"""First beta up to which the garment hangs loose on a body."""
 TURN_DEG = 1.0
-"""Of every joint, for the steadiness of the truth."""
+"""Rotation of every joint that measures how steady the ground truth is [degrees]."""
 NEARBY = 24
-"""Poses that it is measured in."""
+"""Number of poses in which it is measured."""
+PICTURE_SIZE = (270, 360)
+DRAWN = (
+    "simulation as pose model",
+    "AgentDress",
+    "rigging as pose model",
+    "simulation of the mean shape, no shape",
+    "pose model, no shape",
+    "skinning",
+)
+"""Variants in the pictures, from left to right; the last but one is the ablation of the paper (section 4.6)."""
+COLUMNS = {"mean, mm": ".1f", "90th percentile, mm": ".1f", "worst, mm": ".1f"}
+
+
+def write_page(row: Row) -> str:
+    """Writes the page of a garment and its curve; returns the text."""
+    garment = row["garment"]
+    page = Page(f"AgentDress against the simulation: {garment}")
+    page.text(origin_of(row, "python -m papers.agentdress.errors ANCHORS TEST"))
+    page.text(f"""
+        The model is fitted to {row["anchors"]} anchors on 17 shapes, {row["poses"]} poses on the mean shape (anchors
+        included) and {row["random_bodies"]} random bodies in one of these poses each. The test set consists of
+        {row["pairs"]} poses of people who appear in no fit, each on one of 16 random bodies with all 16 betas drawn
+        ({row["without_rest"]} more did not come to rest). Errors are mean distances of the vertices from the settled
+        garment, before the projection; tables give their mean over the pairs, 90th percentile and maximum.
+    """)
+    page.section("Random bodies").text("""
+        The paper uses 150 anchors and 16 bodies with 400 poses each. It reports 10.6 mm with rigging as pose model,
+        less with the simulation as pose model, and more without the first-order module (sections 4.5 and 4.6, Fig. 9).
+    """)
+    page.table({"pose model and shape model": "", **COLUMNS}, _sorted(row["random_bodies_mm"]))
+    page.text(f"""
+        The {row["loose_pairs"]} pairs whose first beta is {row["loosest"]:g} or less, where the garment hangs loose:
+    """)
+    page.table({"pose model and shape model": "", **COLUMNS}, _sorted(row["loose_bodies_mm"]))
+    page.picture("Three pairs", f"errors-{garment}-pairs.png").text(f"""
+        The pairs with the median error, the 90th percentile and the largest error. From left to right:
+        {"; ".join(row["drawn"])}. Vertices farther than 10 mm from the simulation are green, as in Figs. 8 and 10 of
+        the paper. The pictures show the output of the animator; cover and projection of the player, which move skin and
+        cloth apart, come after it.
+    """)
+    page.section("Pose models on the mean body").table({"pose model": "", **COLUMNS}, _sorted(row["mean_body_mm"]))
+    if row["rigged"]:
+        page.text(f"""
+            For rigging, {row["rigged"]} of the anchors have derivatives. Its stiffness, {row["rigging_stiffness"]:g},
+            has the least error ({row["rigging_validation_mm"]} mm) on every fourth pose that was settled on the mean
+            shape alone, which rigging is not trained on. Packed and played by `hemline fit --pose-model sor`, it errs
+            by {row["rigging_played_mm"]} mm on the random bodies.
+        """)
+    page.text(f"""
+        When every joint is rotated by one degree, the simulation itself moves by {row["steadiness_mm"]} mm relative to
+        skinning. No pose model can be expected to be much closer.
+    """)
+    by_size = row["by_anchors_mm"]
+    names = list(by_size[max(by_size, key=int)])
+    page.section("Fig. 9: error over the number of anchors")
+    page.picture("Error over the number of anchors", f"errors-{garment}.png")
+    page.table(
+        {"error, mm": "", **{f"{size} anchors": ".1f" for size in by_size}},
+        ([name, *(errors.get(name) for errors in by_size.values())] for name in names),
+    )
+    return page.write(PAGES / f"errors-{garment}.md")
+
+
+def _sorted(errors: dict[str, list[float]]) -> list[list]:
+    return sorted(([name, *values] for name, values in errors.items()), key=lambda each: each[1])
+
+
+SIZES = (2, 5, 10, 20, 40)
+"""Numbers of anchors below the number that exists."""
+
+
+def errors_by_anchor_count(
+    garment: Garment, anchors: AnchorSet, rigged: RiggedAnchors | None, pairs: Sequence[Pair]
+) -> dict[int, dict[str, float]]:
+    """Returns mean errors by number of anchors [mm]; the number of single poses is reduced in proportion."""
+    weights, errors = joint_weights(anchors.sensitivity[0]), {}
+    for size in (each for each in SIZES if each < len(anchors.rotations)):
+        some = cluster_centres(anchors.rotations, weights, size)
+        count = round(size * len(anchors.single_rotations) / len(anchors.rotations))
+        singles = cluster_centres(anchors.single_rotations, weights, count) if count else np.empty(0, int)
+        fewer = anchors.subset(some, singles)
+        model = fit_anchors(garment, fewer, AgentDressConfig(), progress=lambda stage, done, total: None)
+        models = {}
+        if rigged:
+            rigged_size = min(size, len(rigged.rotations))
+            models["rigging"] = rigged.subset(cluster_centres(rigged.rotations, weights, rigged_size))
+        of_size = errors_on_random_bodies(model, pairs, models)
+        errors[size] = {name: float(np.mean(each)) for name, each in of_size.items()}
+    return errors
+
+
+def draw_curve(row: Row) -> None:
+    """Draws Fig. 9."""
+    by_size = row["by_anchors_mm"]
+    sheet, ((plot,),) = axes(1, 1, width=6.4, height=3.8)
+    for name in by_size[max(by_size, key=int)]:
+        plot.plot(list(by_size), [errors.get(name) for errors in by_size.values()], marker="o", label=name)
+    plot.set(xlabel="anchors", ylabel="mean error [mm]", ylim=(0, None))
+    plot.legend(fontsize=7)
+    save_sheet(sheet, PAGES, f"errors-{row['garment']}.png")
+
+
+def draw_pairs(path: Path, model: AnimatorAgentDress, pairs: Sequence[Pair], models: dict[str, PoseModel]) -> list[str]:
+    """Draws Figs. 8 and 10, a row of pictures for each pair; returns what they show, from left to right."""
+    rows, names = [], []
+    for pair in pairs:
+        variants = variants_of(model, pair, models)
+        names = [name for name in DRAWN if name in variants]
+        posed = variants["AgentDress"][1].posed(pair.pose)
+        garments = [("", variants[name][0].drape(posed)) for name in names]
+        rows.append(draw_errors(posed, model.garment.faces, pair.worn, garments, PICTURE_SIZE))
+    pictures.write_png(path, np.concatenate(rows, axis=0))
+    return ["simulation", *names]
 
 
 def main() -> None:
-    """Make what is missing of the test set, measure, print, draw, record."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("anchors", type=Path)
-    parser.add_argument("test", type=Path)
-    parser.add_argument("--others", type=Path, nargs="*", default=[], help="drapes of other materials, fitted with it")
-    parser.add_argument("--pairs", type=int, default=400, help="poses, each with a random body")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=1)
-    asked = parser.parse_args()
+    """Settles what the test set lacks, measures, records, draws and writes the page."""
+    options = parse_options(
+        __doc__,
+        "anchors",
+        "test",
+        others=([], "drapes of other materials"),
+        pairs=(400, "number of poses, each with a random body"),
+        seed=0,
+        jobs=1,
+    )
     use_threads(1)
-    dataset = open_dataset(asked.anchors)
+    dataset = open_dataset(options.anchors)
     garment, anchors = dataset.garment, AnchorSet.of(dataset)
-    others = [open_dataset(folder) for folder in asked.others]
+    others = [open_dataset(folder) for folder in options.others]
     materials = MaterialChanges.of(garment, anchors, others) if others else None
     model = fit_anchors(garment, anchors, AgentDressConfig(), materials=materials, progress=lambda *_: None)
     rigged = None
-    with suppress(BadDataset):  # none has derivatives
+    with suppress(BadDataset):  # no anchor has derivatives
         rigged = RiggedAnchors.search(dataset, rows_with_derivatives(dataset), model, anchors)
-    pairs = list(settled_pairs(asked.test, garment, count=asked.pairs, seed=asked.seed, jobs=asked.jobs))
-    rigging = {"rigging": rigged} if rigged else {}
-    plain = {"ridge": ridge(anchors), "blend of five": blended(model, anchors), "nearest": nearest(model, anchors)}
-    random = on_random_bodies(model, pairs, rigging)
-    mean = on_the_mean_body(model, pairs, rigging | plain)
-    by_size = curve(garment, anchors, rigged, pairs)
+    pairs = list(settle_pairs(options.test, garment, count=options.pairs, seed=options.seed, jobs=options.jobs))
+    rigging: dict[str, PoseModel] = {"rigging": rigged} if rigged else {}
+    plain = {
+        "ridge": ridge_regression(anchors),
+        "blend of five": blend_nearest(model, anchors),
+        "nearest": nearest_anchor(model, anchors),
+    }
+    random = errors_on_random_bodies(model, pairs, rigging)
+    by_size = errors_by_anchor_count(garment, anchors, rigged, pairs)
     by_size[len(anchors.rotations)] = {name: float(np.mean(each)) for name, each in random.items()}
+    loose = [pair.betas[0] <= LOOSE for pair in pairs]
+    order = np.argsort(random["AgentDress"])
+    some = [pairs[order[len(order) // 2]], pairs[order[9 * len(order) // 10]], pairs[order[-1]]]
     row = {
         "garment": garment.name,
         "anchors": len(anchors.rotations),
@@ -77,39 +208,39 @@ def main() -> None:
         "rigged": len(rigged.rotations) if rigged else 0,
         "rigging_stiffness": rigged.stiffness if rigged else None,
         "rigging_validation_mm": round(rigged.validation_mm, 2) if rigged else None,
-        "rigging_played_mm": round(float(np.mean(played_mm(with_rigging(rigged), pairs))), 2) if rigged else None,
-        "random_bodies": _random_bodies(dataset, anchors),
+        "rigging_played_mm": round(float(np.mean(model_errors_mm(with_rigging(rigged), pairs))), 2) if rigged else None,
+        "random_bodies": _count_random_bodies(dataset, anchors),
         "pairs": len(pairs),
-        "loose_pairs": sum(pair.betas[0] <= LOOSE for pair in pairs),
+        "loose_pairs": sum(loose),
         "loosest": LOOSE,
-        "without_rest": asked.pairs - len(pairs),
-        "random_bodies_mm": _summed(random),
-        "loose_bodies_mm": _summed(_only(random, [pair.betas[0] <= LOOSE for pair in pairs])),
-        "mean_body_mm": _summed(mean),
-        "steadiness_mm": round(_steadiness_mm(asked.test, model, pairs, asked.seed, asked.jobs), 2),
+        "without_rest": options.pairs - len(pairs),
+        "random_bodies_mm": _summary(random),
+        "loose_bodies_mm": _summary(
+            {
+                name: [error for error, is_loose in zip(each, loose, strict=True) if is_loose]
+                for name, each in random.items()
+            }
+        ),
+        "mean_body_mm": _summary(errors_on_mean_body(model, pairs, rigging | plain)),
+        "steadiness_mm": round(_steadiness_mm(options.test, model, pairs, options.seed, options.jobs), 2),
         "by_anchors_mm": {
-            size: {name: round(value, 2) for name, value in each.items()} for size, each in by_size.items()
+            size: {name: round(value, 2) for name, value in errors.items()} for size, errors in by_size.items()
         },
-        "machine": machine(),
-        "commit": commit(),
+        "drawn": draw_pairs(PAGES / f"errors-{garment.name}-pairs.png", model, some, rigging),
     }
-    pages = ROOT / "papers" / "agentdress" / "pages"
-    missed = np.argsort(random["AgentDress"])
-    some = [pairs[missed[len(missed) // 2]], pairs[missed[9 * len(missed) // 10]], pairs[missed[-1]]]
-    row["drawn"] = draw_pairs(pages / f"errors-{garment.name}-pairs.png", model, some, rigging)
-    print(write_page(row, pages))
-    with (ROOT / "benchmarks" / "results" / "agentdress_errors.jsonl").open("a") as stream:
-        stream.write(json.dumps(row) + "\n")
+    (row,) = record(NAME, row)
+    draw_curve(row)
+    print(write_page(row))
 
 
-def _random_bodies(dataset: Dataset, anchors: AnchorSet) -> int:
-    """Bodies with betas that no anchor has."""
+def _count_random_bodies(dataset: Dataset, anchors: AnchorSet) -> int:
+    """Returns the number of bodies with betas that no anchor has."""
     known = anchors.betas.shape[1]
     return sum(any(row.betas[known:]) for row in dataset.anchors())
 
 
-def _summed(errors: Errors) -> dict[str, list[float]]:
-    """Mean, ninth decile and worst pair."""
+def _summary(errors: Errors) -> dict[str, list[float]]:
+    """Returns mean, 90th percentile and maximum over the pairs."""
     return {
         name: [round(float(value), 2) for value in (np.mean(each), np.percentile(each, 90), np.max(each))]
         for name, each in errors.items()
@@ -117,20 +248,16 @@ def _summed(errors: Errors) -> dict[str, list[float]]:
     }
 
 
-def _only(errors: Errors, which: Sequence[bool]) -> Errors:
-    return {name: [value for value, asked in zip(each, which, strict=True) if asked] for name, each in errors.items()}
-
-
 def _steadiness_mm(folder: Path, model: AnimatorAgentDress, pairs: Sequence[Pair], seed: int, jobs: int) -> float:
-    """How far a settled garment moves, skinning apart, when every joint turns by a degree."""
+    """Returns how far a settled garment moves relative to skinning when every joint rotates by a degree [mm]."""
     some, body, binding = pairs[:NEARBY], load_body(model.body_name).shaped(), binding_of(model)
-    poses, rest, found = [pair.pose for pair in some], model.tables.rest, []
+    poses, rest, distances = [pair.pose for pair in some], model.tables.rest, []
     turn = float(np.radians(TURN_DEG))
-    for number, near, worn in settled_nearby(folder, model.garment, poses, turn=turn, seed=seed, jobs=jobs):
-        here = binding.offsets(body.posed(poses[number]).transforms, rest, some[number].mean)
-        there = binding.offsets(body.posed(near).transforms, rest, worn)
-        found.append(np.linalg.norm(there - here, axis=1).mean())
-    return 1e3 * float(np.mean(found))
+    for number, pose, vertices in settle_nearby(folder, model.garment, poses, turn=turn, seed=seed, jobs=jobs):
+        before = binding.offsets(body.posed(poses[number]).transforms, rest, some[number].mean)
+        after = binding.offsets(body.posed(pose).transforms, rest, vertices)
+        distances.append(mean_distance_mm(after, before))
+    return float(np.mean(distances))
 
 
 if __name__ == "__main__":

@@ -1,16 +1,15 @@
 """Material as a third dimension: `python -m papers.agentdress.materials ANCHORS OTHER... --test FOLDER`.
 
-It is future work of the paper. ANCHORS is what `hemline drape GARMENT --anchors ...` made, each OTHER the same garment
-of another material in some of its poses (`hemline drape GARMENT --material NAME --poses-of ANCHORS`). Judged in poses
-of clips of subjects that are in no fit, on the mean body, in which the garment is settled of all these materials and of
-those named by `--unknown`; the folder of the test is made and continued.
+The paper leaves it to future work. ANCHORS is a dataset made by `hemline drape GARMENT --anchors ...`, each OTHER the
+same garment in another material and some of its poses (`hemline drape GARMENT --material NAME --poses-of ANCHORS`). The
+test set consists of poses of people who appear in no fit, on the mean body, in all these materials and those named by
+`--unknown`; its folder is made and continued.
 
-The garment of the fit, simulated, stands for the pose model, so that what is missed is the material alone; *as played*
-has the pose model, too. One JSON line a material goes to benchmarks/results/agentdress_materials.jsonl.
+The simulated garment of the fit replaces the pose model, so that only the effect of the material is evaluated; "as
+played" includes the pose model. Adds a row per material to benchmarks/results/agentdress_materials.jsonl;
+`beyond.py` shows them.
 """
 
-import argparse
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -22,108 +21,90 @@ from hemline.animators.agentdress.fit.anchor_set import AnchorSet
 from hemline.animators.agentdress.fit.fit import fit_anchors
 from hemline.animators.agentdress.fit.material_fit import MaterialChanges
 from hemline.animators.agentdress.model import AnimatorAgentDress
-from hemline.bench.machine import commit, machine
 from hemline.bodies import PosedBody
 from hemline.compiled import use_threads
 from hemline.datasets import Dataset, open_dataset
 from hemline.garments import Garment
-from hemline.garments.material import MATERIALS
-from hemline.motions.motion import Pose
-from hemline.sim import produce_posed
-from papers.agentdress.compared import binding_of
-from papers.agentdress.pairs import chosen
+from hemline.garments.material import Material
+from papers.agentdress.ablations import binding_of
+from papers.agentdress.pairs import choose_pairs, mean_distance_mm, settle_in_poses
+from papers.report import mean_of, parse_options, record
 
-RESULTS = Path(__file__).parents[2] / "benchmarks" / "results" / "agentdress_materials.jsonl"
-
-
-def settled(folder: Path, garment: Garment, poses: list[Pose], jobs: int) -> list[np.ndarray | None]:
-    """The garment in each pose on the mean body [m]; None where it came not to rest."""
-    found = produce_posed(folder, garment, [[pose] for pose in poses], [()], jobs=jobs)
-    dataset = open_dataset(folder)
-    return [None if each is None else dataset.take(each.names[0]).vertices[0].astype(np.float64) for each in found]
+NAME = "agentdress_materials"
 
 
-def error_mm(guess: np.ndarray, truth: np.ndarray) -> float:
-    """Mean distance of vertices [mm]."""
-    return 1e3 * float(np.linalg.norm(guess - truth, axis=1).mean())
-
-
-def fitted(garment: Garment, anchors: AnchorSet, others: Sequence[Dataset]) -> AnimatorAgentDress:
-    """A model of these materials."""
+def fit_materials(garment: Garment, anchors: AnchorSet, others: Sequence[Dataset]) -> AnimatorAgentDress:
+    """Fits a model to anchors and datasets of other materials."""
     changes = MaterialChanges.of(garment, anchors, others)
     return fit_anchors(garment, anchors, AgentDressConfig(), materials=changes, progress=lambda *_: None)
 
 
-def ways(
-    models: dict[str, AnimatorAgentDress], mean: np.ndarray | None, name: str, posed: PosedBody, one: np.ndarray
+def predictions(
+    models: dict[str, AnimatorAgentDress], mean: np.ndarray | None, name: str, posed: PosedBody, own: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """What each way makes of the garment of the fit in a pose [m].
+    """Returns the garment in another material and a pose as predicted in several ways [m].
 
     Args:
-        models: Models that are told the material, by the way that they are a model of.
-        mean: What the material adds in the mean over all poses of the fit [m]; None: it is in no fit.
-        name: Of the material.
+        models: Models that support materials, by the name of the prediction.
+        mean: Mean change in the material over all poses of the fit [m]; None if it was not draped.
+        name: Name of the material.
         posed: The body.
-        one: The garment of its own material, simulated [m].
+        own: The garment in the material of the fit, simulated [m].
     """
-    plain = next(iter(models.values()))
-    binding, rest = binding_of(plain), plain.tables.rest.astype(np.float64)
-    offsets = binding.offsets(posed.transforms, rest, one)
-    found = {"material left out": one}
+    model = next(iter(models.values()))
+    results = {"material left out": own}
     if mean is not None:
-        found["mean change"] = binding.skin(posed.transforms, rest, offsets + mean)
-    for way, model in models.items():
-        told, without = (each.settled(posed).astype(np.float64) for each in (model.in_material(name), model))
-        found[way] = one + told - without
-    found["as played, material left out"] = plain.settled(posed)
-    found["as played"] = plain.in_material(name).settled(posed)
-    return found
+        binding, rest = binding_of(model), model.tables.rest.astype(np.float64)
+        offsets = binding.offsets(posed.transforms, rest, own)
+        results["mean change"] = binding.skin(posed.transforms, rest, offsets + mean)
+    for prediction, each in models.items():
+        after, before = (variant.drape(posed).astype(np.float64) for variant in (each.in_material(name), each))
+        results[prediction] = own + after - before
+    results["as played, material left out"] = model.drape(posed)
+    results["as played"] = model.in_material(name).drape(posed)
+    return results
 
 
 def main() -> None:
-    """Settle what is missing, measure, print, record."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("anchors", type=Path)
-    parser.add_argument("others", type=Path, nargs="+")
-    parser.add_argument("--test", type=Path, required=True)
-    parser.add_argument("--unknown", nargs="*", default=["wool"], choices=sorted(MATERIALS))
-    parser.add_argument("--poses", type=int, default=20, help="poses that are judged")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=1)
-    asked = parser.parse_args()
+    """Settles what the test set lacks, measures and records."""
+    options = parse_options(
+        __doc__,
+        "anchors",
+        "others...",
+        test=(Path, "a folder for the test set; made and continued"),
+        unknown=(["wool"], "materials that were not draped"),
+        poses=(20, "number of test poses"),
+        seed=0,
+        jobs=1,
+    )
     use_threads(1)
-    dataset, others = open_dataset(asked.anchors), [open_dataset(folder) for folder in asked.others]
+    dataset, others = open_dataset(options.anchors), [open_dataset(folder) for folder in options.others]
     garment, anchors, body = dataset.garment, AnchorSet.of(dataset), bodies.load(dataset.garment.body_name).shaped()
-    whole = fitted(garment, anchors, others)
-    poses = [pose for pose, _ in chosen(asked.poses, asked.seed, garment.body_name)]
-    plain = settled(asked.test / "as-fitted", garment, poses, asked.jobs)
+    model = fit_materials(garment, anchors, others)
+    poses = [pose for pose, _ in choose_pairs(options.poses, options.seed, garment.body_name)]
+    plain = settle_in_poses(options.test / "as-fitted", garment, poses, jobs=options.jobs)
     by_name = {each.garment.material.name: each for each in others}
-    for name in (*by_name, *asked.unknown):
-        worn = settled(asked.test / name, garment.in_material(MATERIALS[name]), poses, asked.jobs)
-        models, mean = {"told": whole}, None
+    for name in (*by_name, *options.unknown):
+        truths = settle_in_poses(options.test / name, garment.in_material(Material.of(name)), poses, jobs=options.jobs)
+        models, mean = {"told": model}, None
         if name in by_name:
-            added = MaterialChanges.of(garment, anchors, [by_name[name]]).added
-            mean = added.mean(axis=0).reshape(-1, 3)
+            mean = MaterialChanges.of(garment, anchors, [by_name[name]]).added.mean(axis=0).reshape(-1, 3)
             rest = [each for other, each in by_name.items() if other != name]
-            models |= {"told, from the others alone": fitted(garment, anchors, rest)} if rest else {}
-        rows = [
-            {way: error_mm(guess, truth) for way, guess in ways(models, mean, name, body.posed(pose), one).items()}
-            for pose, one, truth in zip(poses, plain, worn, strict=True)
-            if one is not None and truth is not None
-        ]
+            models |= {"told, from the others alone": fit_materials(garment, anchors, rest)} if rest else {}
+        errors = []
+        for pose, own, truth in zip(poses, plain, truths, strict=True):
+            if own is not None and truth is not None:
+                results = predictions(models, mean, name, body.posed(pose), own.astype(np.float64))
+                errors.append({key: mean_distance_mm(vertices, truth) for key, vertices in results.items()})
         row = {
             "garment": garment.name,
             "from": garment.material.name,
             "to": name,
             "known": len(open_dataset(by_name[name].folder).anchors()) if name in by_name else 0,
-            "judged": len(rows),
-            "error_mm": {way: round(float(np.mean([each[way] for each in rows])), 2) for way in rows[0]},
-            "machine": machine(),
-            "commit": commit(),
+            "judged": len(errors),
+            "error_mm": {key: round(mean_of(errors, key), 2) for key in errors[0]},
         }
-        print(row, flush=True)
-        with RESULTS.open("a") as stream:
-            stream.write(json.dumps(row) + "\n")
+        print(record(NAME, row), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,44 +1,38 @@
-"""Model files of AgentDress against settled garments: `python .../agentdress/model_files.py TEST MODEL...`.
+"""Model files of AgentDress against settled garments: `python -m papers.agentdress.model_files TEST MODEL...`.
 
-TEST is a folder for the test set of `errors.py`, made and continued here: the same pairs. Each MODEL is a name or a
-file, all of one garment. Prints, for each, the mean error on random bodies and on the mean one, beside skinning, and
-writes one JSON line each to benchmarks/results/agentdress_model_files.jsonl. `errors.py` fits anew, and says more.
+TEST is the folder of the test set of `errors.py`, made and continued here. Each MODEL is a model file or the name of a
+shipped model, all of one garment. Adds a row per model to benchmarks/results/agentdress_model_files.jsonl, with the
+mean errors on random bodies and on the mean one; `errors.py` fits anew and measures more.
 """
 
-import argparse
-import json
 from pathlib import Path
 
 import numpy as np
 
 from hemline import animators
 from hemline.animators.agentdress.model import AnimatorAgentDress
-from hemline.bench.machine import commit, machine
 from hemline.compiled import use_threads
-from papers.agentdress.compared import on_random_bodies, on_the_mean_body
-from papers.agentdress.pairs import settled_pairs
+from papers.agentdress.ablations import errors_on_mean_body, errors_on_random_bodies
+from papers.agentdress.pairs import settle_pairs
+from papers.report import parse_options, record
 
-RESULTS = Path(__file__).parents[2] / "benchmarks" / "results" / "agentdress_model_files.jsonl"
+NAME = "agentdress_model_files"
 
 
 def main() -> None:
-    """Make what is missing of the test set, measure, print, record."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("test", type=Path)
-    parser.add_argument("models", nargs="+")
-    parser.add_argument("--pairs", type=int, default=400, help="poses, each with a random body")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=1)
-    asked = parser.parse_args()
+    """Settles what the test set lacks, measures and records."""
+    options = parse_options(
+        __doc__, "test", "models...", pairs=(400, "number of poses, each with a random body"), seed=0, jobs=1
+    )
     use_threads(1)
-    models = [animators.load(each) for each in asked.models]
-    if not all(isinstance(each, AnimatorAgentDress) for each in models):
-        raise SystemExit("AgentDress is measured here: name its models")
-    garment = models[0].garment
-    pairs = list(settled_pairs(asked.test, garment, count=asked.pairs, seed=asked.seed, jobs=asked.jobs))
-    for name, model in zip(asked.models, models, strict=True):
+    models = {name: animators.load(name) for name in options.models}
+    if not all(isinstance(each, AnimatorAgentDress) for each in models.values()):
+        raise SystemExit("only AgentDress is measured here: name its models")
+    garment = models[options.models[0]].garment
+    pairs = list(settle_pairs(options.test, garment, count=options.pairs, seed=options.seed, jobs=options.jobs))
+    for name, model in models.items():
         assert isinstance(model, AnimatorAgentDress)
-        random, mean = on_random_bodies(model, pairs, {}), on_the_mean_body(model, pairs, {})
+        random, mean = errors_on_random_bodies(model, pairs, {}), errors_on_mean_body(model, pairs, {})
         row = {
             "model": Path(name).name,
             "garment": garment.name,
@@ -47,12 +41,8 @@ def main() -> None:
             "pairs": len(pairs),
             "random_bodies_mm": {key: round(float(np.mean(each)), 2) for key, each in random.items()},
             "mean_body_mm": {key: round(float(np.mean(each)), 2) for key, each in mean.items()},
-            "machine": machine(),
-            "commit": commit(),
         }
-        print(json.dumps(row), flush=True)
-        with RESULTS.open("a") as stream:
-            stream.write(json.dumps(row) + "\n")
+        print(record(NAME, row), flush=True)
 
 
 if __name__ == "__main__":

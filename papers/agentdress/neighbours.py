@@ -1,4 +1,4 @@
-"""Poses and shapes at a given distance from an anchor, and the garment settled there, from two starts."""
+"""Poses and shapes at a given distance from an anchor, and the garment settled there in two ways."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -11,62 +11,63 @@ from hemline.datasets import create, take_name
 from hemline.errors import SimulationFailed
 from hemline.motions.motion import JOINT_COUNT, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
-from hemline.sim import Rest, SimSettings, produce_posed, settle
+from hemline.sim import Rest, SimSettings, settle
 from hemline.sim.takes.anchors import anchor_inputs
+from papers.agentdress.pairs import settle_in_poses
 
 BETAS = 4
-"""Shape parameters that are moved, the first ones."""
+"""Number of shape parameters that change, the first ones."""
 
-Place = tuple[Pose, tuple[float, ...]]
-"""A pose, and betas of a body."""
+Neighbour = tuple[Pose, tuple[float, ...]]
+"""A pose, and the betas of a body."""
 
 
-def directions(count: int, seed: int) -> Float[np.ndarray, "neighbours numbers"]:
-    """Random unit vectors of three numbers for each joint and one for each of four betas.
+def random_directions(count: int, seed: int) -> Float[np.ndarray, "neighbours numbers"]:
+    """Draws random unit vectors with three numbers for each joint and one for each of four betas.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         appendix, section 2.
     """
-    drawn = np.random.default_rng(seed).normal(size=(count, 3 * JOINT_COUNT + BETAS))
-    return drawn / np.linalg.norm(drawn, axis=1, keepdims=True)
+    vectors = np.random.default_rng(seed).normal(size=(count, 3 * JOINT_COUNT + BETAS))
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def moved(anchor: Pose, step: Float[np.ndarray, " numbers"]) -> Place:
-    """The pose and shape that a step from an anchor on the mean shape leads to.
+def step_from(anchor: Pose, step: Float[np.ndarray, " numbers"]) -> Neighbour:
+    """Returns the pose and shape reached by a step from an anchor on the mean shape.
 
     Args:
-        anchor: Its pose.
-        step: Rotation vectors of the joints about their own axes [rad], then betas.
+        anchor: Pose of the anchor.
+        step: Rotation vectors of the joints in their own frames [rad], followed by betas.
     """
     turns = step[: 3 * JOINT_COUNT].reshape(JOINT_COUNT, 3)
     rotations = multiply(anchor.rotations.astype(np.float64), from_axis_angle(turns))
     return Pose(rotations.astype(np.float32), anchor.translation), tuple(float(each) for each in step[-BETAS:])
 
 
-class Walked:
-    """The garment walked into each place from its rest drape on that body, as anchors are."""
+class SettleFromRest:
+    """Settles the garment in each neighbour from its rest drape on that body, as anchors are."""
 
     name = "walked from rest"
 
     def __init__(self, folder: Path, rest: Rest):
         self.folder, self.garment = folder, rest.garment
 
-    def at(self, place: Place) -> Vertices | None:
-        """The garment [m]; None where it does not come to rest."""
-        (found,) = produce_posed(self.folder, self.garment, [[place[0]]], [place[1]])
-        return None if found is None else create(self.folder, self.garment).take(found.names[0]).vertices[0]
+    def at(self, neighbour: Neighbour) -> Vertices | None:
+        """Returns the garment [m]; None if it does not come to rest."""
+        pose, betas = neighbour
+        return settle_in_poses(self.folder, self.garment, [pose], betas, jobs=1)[0]
 
 
-class Followed:
-    """The garment that lies settled at the anchor, kept in balance while the body goes from there to each place."""
+class SettleFromAnchor:
+    """Keeps the settled garment of the anchor in balance while the body moves from there to each neighbour."""
 
     def __init__(self, folder: Path, rest: Rest, name: str = "followed from the anchor"):
         self.dataset, self.rest, self.name = create(folder, rest.garment), rest, name
 
-    def at(self, place: Place) -> Vertices | None:
-        """The garment [m]; None where no balance is found."""
+    def at(self, neighbour: Neighbour) -> Vertices | None:
+        """Returns the garment [m]; None if no balance is found."""
         garment, rest = self.rest.garment, self.rest
-        pose, betas = place
+        pose, betas = neighbour
         shaped = bodies.load(garment.body_name).shaped(np.asarray(betas, np.float32))
         inputs = anchor_inputs(garment, shaped, pose, rest.settings, (), ()) | {"start": rest.pose.hash}
         name = take_name(inputs)
@@ -82,18 +83,18 @@ class Followed:
 
 
 def without_friction(rest: Rest) -> Rest | None:
-    """The garment of a Rest walked into the same place and balanced there without friction; None where it is not."""
+    """Settles the garment of a Rest in the same pose and balances it without friction; None if that fails."""
     slippery = rest.garment.in_material(replace(rest.garment.material, name="without friction", friction=0.0))
     try:
-        return balanced(settle(slippery, rest.shaped, rest.pose, method="walked"))
+        return balance(settle(slippery, rest.shaped, rest.pose, method="walked"))
     except SimulationFailed:
         return None
 
 
-def balanced(rest: Rest) -> Rest | None:
-    """A walked garment brought into balance where it lies; None where it finds none by Newton's method alone."""
+def balance(rest: Rest) -> Rest | None:
+    """Brings a settled garment into exact balance; None if Newton's method alone finds none."""
     try:
-        found = settle(rest.garment, rest.shaped, rest.pose, SimSettings(), start=rest)
+        result = settle(rest.garment, rest.shaped, rest.pose, SimSettings(), start=rest)
     except SimulationFailed:
         return None
-    return found if found.method == "newton" else None
+    return result if result.method == "newton" else None

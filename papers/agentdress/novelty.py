@@ -1,10 +1,9 @@
-"""Whether novelty tells errors: `python -m papers.agentdress.novelty ANCHORS...`.
+"""Whether novelty predicts errors: `python -m papers.agentdress.novelty ANCHORS...`.
 
-ANCHORS are datasets that `hemline drape GARMENT --anchors` made. Each pose of a dataset is left out of the pose model
-in turn: what is missed there, by how far it is from the nearest other one, in the unit of `Frame.novelty`.
+ANCHORS are datasets made by `hemline drape GARMENT --anchors`. Prints the leave-one-out error of the pose model by the
+distance from the nearest other pose, in the unit of `Frame.novelty`.
 """
 
-import argparse
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,43 +18,42 @@ from hemline.animators.agentdress.pose_model import fit_kernel
 from hemline.arrays import Float
 from hemline.datasets import open_dataset
 from hemline.learning.pca import principal_of_rows
+from papers.report import parse_options
 
 STEPS = (0.0, 0.2, 0.4, 0.6, NOVELTY_LIMIT, np.inf)
 
 
-def left_out(folder: Path) -> tuple[Float[np.ndarray, " poses"], Float[np.ndarray, " poses"]]:
-    """Novelty of each pose when it is left out, and what is missed there, mean over the vertices [mm]."""
+def measure(folder: Path) -> tuple[Float[np.ndarray, " poses"], Float[np.ndarray, " poses"]]:
+    """Returns the novelty and the mean error [mm] of each pose when it is left out of the fit."""
     dataset, config = open_dataset(folder), AgentDressConfig(mirror=False)
     anchors = AnchorSet.of(dataset, config)
     model = fit_anchors(dataset.garment, anchors, config, progress=lambda stage, done, total: None)
     rotations = model.tables.rotations.astype(np.float64)
     offsets = np.concatenate([anchors.offsets[:, 0], anchors.single_offsets]).reshape(len(rotations), -1)
     basis, outputs = principal_of_rows(offsets - offsets.mean(axis=0), config.pose_modes)
-    apart = region_distances(axes_between(rotations, rotations), model.tables.axes.astype(np.float64))
+    distances = region_distances(axes_between(rotations, rotations), model.tables.axes.astype(np.float64))
     ridge = model.figures["kernel_ridge"]
-    missed = fit_kernel(apart, outputs, anchors.groups, width=model.width, ridge=ridge).leave_one_out
+    residuals = fit_kernel(distances, outputs, anchors.groups, width=model.width, ridge=ridge).leave_one_out
     regions, rows = model.tables.regions, basis.reshape(len(basis), -1, 3)
     novelties, errors = [], []
     for pose in range(len(rotations)):
-        others = np.delete(apart[pose], pose, axis=1)
+        others = np.delete(distances[pose], pose, axis=1)
         novelties.append(novelty(others, regions.mean(axis=0)))
-        away = np.einsum("vk,kvi->vi", regions @ missed[:, pose], rows)
-        errors.append(1e3 * float(np.linalg.norm(away, axis=1).mean()))
+        differences = np.einsum("vk,kvi->vi", regions @ residuals[:, pose], rows)
+        errors.append(1e3 * float(np.linalg.norm(differences, axis=1).mean()))
     return np.array(novelties), np.array(errors)
 
 
 def main() -> None:
-    """Print, for each dataset, errors by novelty."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("anchors", type=Path, nargs="+")
-    for folder in parser.parse_args().anchors:
-        novelties, errors = left_out(folder)
-        related = np.corrcoef(novelties, errors)[0, 1]
-        print(f"{folder.name}: {len(errors)} poses, {errors.mean():.1f} mm in the mean, correlation {related:.2f}")
+    """Prints errors by novelty, for each dataset."""
+    for folder in parse_options(__doc__, "anchors...").anchors:
+        novelties, errors = measure(folder)
+        correlation = np.corrcoef(novelties, errors)[0, 1]
+        print(f"{folder.name}: {len(errors)} poses, {errors.mean():.1f} mm on average, correlation {correlation:.2f}")
         for low, high in pairwise(STEPS):
-            here = errors[(novelties >= low) & (novelties < high)]
-            told = f"{here.mean():5.1f} mm, worst {here.max():5.1f}" if len(here) else ""
-            print(f"  novelty {low:.1f} to {high:.1f}: {len(here):4d} poses  {told}")
+            some = errors[(novelties >= low) & (novelties < high)]
+            text = f"{some.mean():5.1f} mm, worst {some.max():5.1f}" if len(some) else ""
+            print(f"  novelty {low:.1f} to {high:.1f}: {len(some):4d} poses  {text}")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The test set of AgentDress: a garment walked into poses of other people, on random bodies and on the mean one."""
+"""The test set of AgentDress: a garment settled in poses of other people, on random bodies and on the mean one."""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -8,86 +8,109 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, motions
-from hemline.arrays import Vertices
+from hemline.arrays import Int, Vertices
 from hemline.datasets import open_dataset
 from hemline.garments import Garment
 from hemline.motions.motion import Pose
+from hemline.motions.pose_clusters import cluster_poses
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim import produce_posed, random_shapes
-from hemline.sim.takes.database import poses_of
+from hemline.sim.takes.database import sample_poses
 
 CLIPS = ("run", "walk", "jump", "kick", "dance")
-"""Shipped excerpts, no other clip of whose subjects is in a fit."""
+"""Shipped excerpts of people who appear in no fit."""
 
 SHAPES = 16
-"""Random bodies, each with as many poses; the paper has 400 for each."""
+"""Number of random bodies, with as many poses each; the paper has 400 poses for each."""
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A pose with a random body, and the settled garment on both bodies."""
+    """A pose and a random body, with the settled garment on this and on the mean body."""
 
     pose: Pose
     betas: tuple[float, ...]
     mean: Vertices
-    """On the mean body [m]."""
+    """The garment on the mean body [m]."""
     worn: Vertices
-    """On the random one [m]."""
+    """The garment on the random body [m]."""
 
 
-def chosen(count: int, seed: int, body_name: str) -> list[tuple[Pose, tuple[float, ...]]]:
-    """Poses of the clips with a random body each, arms lifted as in anchors."""
+def mean_distance_mm(vertices: np.ndarray, others: np.ndarray) -> float:
+    """Returns the mean distance between corresponding vertices [mm]."""
+    return 1e3 * float(np.linalg.norm(np.asarray(vertices, np.float64) - others, axis=1).mean())
+
+
+def choose_pairs(count: int, seed: int, body_name: str) -> list[tuple[Pose, tuple[float, ...]]]:
+    """Draws poses of the clips, arms lifted as in anchors, each with the betas of a random body."""
     body = bodies.load(body_name)
-    poses = poses_of([motions.load(name) for name in CLIPS])
+    poses = sample_poses([motions.load(name) for name in CLIPS])
     shapes = random_shapes(body, SHAPES, seed)
     order = np.random.default_rng(seed).permutation(len(poses))[:count]
     rest = body.shaped().rest_pose.translation
     return [(Pose(poses[index], rest), shapes[number % SHAPES]) for number, index in enumerate(order)]
 
 
-def settled_nearby(
+def cluster_centres(rotations: np.ndarray, weights: np.ndarray, count: int, seed: int = 0) -> Int[np.ndarray, " count"]:
+    """Returns the indices of the poses in the middle of `count` clusters."""
+    members = cluster_poses(rotations.astype(np.float64), weights, count, seed=seed).members
+    return np.array([each[0] for each in members])
+
+
+def settle_in_poses(
+    folder: Path, garment: Garment, poses: Sequence[Pose], betas: tuple[float, ...] = (), *, jobs: int
+) -> list[Vertices | None]:
+    """Settles a garment in poses on one body; what the folder already holds is not simulated again.
+
+    Returns:
+        The garment in each pose [m]; None where it did not come to rest.
+    """
+    results = produce_posed(folder, garment, [[pose] for pose in poses], [betas], jobs=jobs)
+    dataset = open_dataset(folder)
+    return [None if result is None else dataset.take(result.names[0]).vertices[0] for result in results]
+
+
+def settle_nearby(
     folder: Path, garment: Garment, poses: Sequence[Pose], *, turn: float, seed: int, jobs: int
 ) -> Iterator[tuple[int, Pose, Vertices]]:
-    """The mean shape in poses with every joint turned a little, about an axis by chance: how steady the truth is.
+    """Settles the mean shape in slightly changed poses, to measure how steady the ground truth is.
 
     Args:
-        folder: The dataset; what it lacks is settled now.
+        folder: The dataset, made if missing and continued.
         garment: The garment.
         poses: The poses.
-        turn: Of each joint [rad].
-        seed: Of the axes.
-        jobs: Processes.
+        turn: Angle by which every joint is rotated about a random axis [rad].
+        seed: Seed of the axes.
+        jobs: Number of processes.
 
     Yields:
-        The number of each pose, the pose nearby, and the garment settled in it [m].
+        The index of each pose, the changed pose, and the garment settled in it [m].
     """
     random = np.random.default_rng(seed)
-    turned = []
+    changed = []
     for pose in poses:
         axes = random.normal(size=(len(pose.rotations), 3))
         turns = from_axis_angle(turn * axes / np.linalg.norm(axes, axis=1, keepdims=True))
-        turned.append(Pose(multiply(pose.rotations.astype(np.float64), turns).astype(np.float32), pose.translation))
-    found = produce_posed(folder, garment, [[pose] for pose in turned], [()], jobs=jobs)
-    dataset = open_dataset(folder)
-    for number, (near, each) in enumerate(zip(turned, found, strict=True)):
-        if each is not None:
-            yield number, near, dataset.take(each.names[0]).vertices[0]
+        changed.append(Pose(multiply(pose.rotations.astype(np.float64), turns).astype(np.float32), pose.translation))
+    for number, vertices in enumerate(settle_in_poses(folder, garment, changed, jobs=jobs)):
+        if vertices is not None:
+            yield number, changed[number], vertices
 
 
-def settled_pairs(folder: Path, garment: Garment, *, count: int, seed: int, jobs: int) -> Iterator[Pair]:
-    """All pairs in which the garment came to rest; what the folder lacks is settled now."""
+def settle_pairs(folder: Path, garment: Garment, *, count: int, seed: int, jobs: int) -> Iterator[Pair]:
+    """Yields all pairs in which the garment came to rest; what the folder already holds is not simulated again."""
     by_shape: dict[tuple[float, ...], list[Pose]] = {}
-    for pose, betas in chosen(count, seed, garment.body_name):
+    for pose, betas in choose_pairs(count, seed, garment.body_name):
         by_shape.setdefault(betas, []).append(pose)
-    refused = 0
+    failures = 0
     for number, (betas, poses) in enumerate(by_shape.items()):
-        found = produce_posed(folder, garment, [[pose] for pose in poses], [(), betas], jobs=jobs)
+        results = produce_posed(folder, garment, [[pose] for pose in poses], [(), betas], jobs=jobs)
         dataset = open_dataset(folder)
-        for pose, each in zip(poses, found, strict=True):
-            if each is None:
-                refused += 1
+        for pose, result in zip(poses, results, strict=True):
+            if result is None:
+                failures += 1
                 continue
-            mean, worn = (dataset.take(name).vertices[0] for name in each.names)
+            mean, worn = (dataset.take(name).vertices[0] for name in result.names)
             yield Pair(pose, betas, mean, worn)
-        done = f"{number + 1} of {len(by_shape)} bodies, {refused} pairs without rest"
-        print(done, file=sys.stderr, flush=True)
+        progress = f"{number + 1} of {len(by_shape)} bodies, {failures} pairs without rest"
+        print(progress, file=sys.stderr, flush=True)

@@ -1,12 +1,8 @@
-"""The poses that stand for the clips, drawn: `python -m papers.agentdress.poses ANCHORS`.
+"""Pictures of the anchors: `python -m papers.agentdress.poses ANCHORS`.
 
-ANCHORS is what `hemline drape GARMENT --anchors ...` made. Each pose that was settled on several bodies, the anchors
-among them, is drawn on the mean one, those of the most turned arms first. The picture
-papers/agentdress/pages/anchors-GARMENT.png is written anew.
+ANCHORS is a dataset made by `hemline drape GARMENT --anchors ...`. Draws each pose that was settled on several bodies,
+on the mean one, sorted by the rotation of the arms. Writes papers/agentdress/pages/anchors-GARMENT.png.
 """
-
-import argparse
-from pathlib import Path
 
 import numpy as np
 
@@ -14,15 +10,15 @@ from hemline import bodies, pictures
 from hemline.datasets import Dataset, Take, open_dataset
 from hemline.motions.motion import JOINT_NAMES
 from hemline.motions.quaternions import angle
+from papers.report import ROOT, parse_options
 
-PAGES = Path(__file__).parents[2] / "papers" / "agentdress" / "pages"
-SIZE, COLUMNS = (100, 140), 15
-"""Of each picture [pixels]; pictures in a row."""
+PAGES = ROOT / "papers" / "agentdress" / "pages"
+PICTURE_SIZE, COLUMNS = (100, 140), 15
 ARMS = [JOINT_NAMES.index(name) for name in ("left_shoulder", "right_shoulder")]
 
 
 def anchors_of(dataset: Dataset) -> list[Take]:
-    """Takes of the mean body in poses that were settled on other shapes, too."""
+    """Returns the takes of the mean body in poses that were settled on other shapes too."""
     by_pose: dict[str, list[Take]] = {}
     for row in dataset.anchors():
         take = dataset.take(row)
@@ -34,19 +30,17 @@ def anchors_of(dataset: Dataset) -> list[Take]:
 
 
 def main() -> None:
-    """Draw."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("anchors", type=Path)
-    dataset = open_dataset(parser.parse_args().anchors)
+    """Draws the picture."""
+    dataset = open_dataset(parse_options(__doc__, "anchors").anchors)
     body, faces = bodies.load(dataset.garment.body_name).shaped(), dataset.garment.faces
     takes = sorted(anchors_of(dataset), key=lambda take: -float(angle(take.motion.rotations[0, ARMS]).sum()))
-    drawn = []
+    views = []
     for take in takes:
         posed = body.posed(take.motion[0])
         meshes = [(posed.vertices, posed.faces, "body"), (take.vertices[0], faces, "cloth")]
-        drawn.append(pictures.picture_of(meshes, "three_quarter", size=SIZE))
-    drawn += [np.full_like(drawn[0], 255)] * (-len(drawn) % COLUMNS)
-    rows = [pictures.side_by_side(drawn[begin : begin + COLUMNS]) for begin in range(0, len(drawn), COLUMNS)]
+        views.append(pictures.picture_of(meshes, "three_quarter", size=PICTURE_SIZE))
+    views += [np.full_like(views[0], 255)] * (-len(views) % COLUMNS)
+    rows = [pictures.side_by_side(views[begin : begin + COLUMNS]) for begin in range(0, len(views), COLUMNS)]
     path = PAGES / f"anchors-{dataset.garment.name}.png"
     pictures.write_png(path, np.concatenate(rows, axis=0))
     print(f"{path}: {len(takes)} anchors")

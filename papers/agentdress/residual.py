@@ -1,4 +1,4 @@
-"""How far a garment is from being at rest: the forces that are left on it."""
+"""The residual of a garment: the forces on it, which are 0 when it is at rest."""
 
 from typing import NamedTuple
 
@@ -13,19 +13,19 @@ from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 
 
-class Left(NamedTuple):
-    """The size of the forces on a garment, in two ways."""
+class ResidualSize(NamedTuple):
+    """Two measures of the forces on a garment."""
 
     norm: float
-    """Of all forces together [N]: the paper's measure. Stiff cloth that is torn in a few places decides it."""
+    """Norm of all forces [N], as in the paper. A few places of strongly stretched stiff cloth dominate it."""
     median: float
-    """On the median vertex, over the mean weight of a vertex."""
+    """Force on the median vertex, relative to the mean weight of a vertex."""
 
 
 class Residual:
-    """Forces on a garment of given positions: membrane, bending, gravity, contact with body and cloth.
+    """Forces on a garment in given positions: membrane, bending, gravity, contact with body and cloth.
 
-    Nothing has slid yet, so friction holds nothing.
+    Friction is 0, as nothing has slid yet.
 
     Args:
         garment: The garment.
@@ -35,27 +35,28 @@ class Residual:
     def __init__(self, garment: Garment, shaped: ShapedBody):
         self.dressed, self.end = DressedBody(garment, shaped, SimSettings()), FrameEnd(garment, shaped)
 
-    def left(self, posed: PosedBody, worn: Vertices, pinched: Bool[np.ndarray, " verts"] | None = None) -> Left:
-        """What is left on a garment.
+    def measure(
+        self, posed: PosedBody, vertices: Vertices, pinched: Bool[np.ndarray, " verts"] | None = None
+    ) -> ResidualSize:
+        """Measures the residual of a garment.
 
         Args:
             posed: The body.
-            worn: The garment, out of the body [m].
-            pinched: Vertices without a free place, whose contact yields.
+            vertices: The garment, outside the body [m].
+            pinched: Pinched vertices, whose contact yields.
         """
-        size = np.linalg.norm(self.forces(posed, worn, pinched), axis=1)
-        return Left(float(np.linalg.norm(size)), float(np.median(size)) / self.dressed.model.mean_weight)
+        size = np.linalg.norm(self.forces(posed, vertices, pinched), axis=1)
+        return ResidualSize(float(np.linalg.norm(size)), float(np.median(size)) / self.dressed.model.mean_weight)
 
     def forces(
-        self, posed: PosedBody, worn: Vertices, pinched: Bool[np.ndarray, " verts"] | None = None
+        self, posed: PosedBody, vertices: Vertices, pinched: Bool[np.ndarray, " verts"] | None = None
     ) -> Float[np.ndarray, "verts 3"]:
-        """Resultant force on each vertex [N]; see `left`."""
-        stuck = np.zeros(len(worn), bool) if pinched is None else pinched
+        """Returns the resultant force on each vertex [N]; see `measure`."""
+        stuck = np.zeros(len(vertices), bool) if pinched is None else pinched
         workspace, scene = self.dressed.stepper.workspace, self.dressed.scene(posed)
-        return StaticStep(self.dressed.model, workspace, worn.astype(np.float64), stuck, scene, None).forces
+        return StaticStep(self.dressed.model, workspace, vertices.astype(np.float64), stuck, scene, None).forces
 
-    def pushed_out(self, posed: PosedBody, worn: Vertices) -> tuple[Vertices, Bool[np.ndarray, " verts"]]:
-        """The garment moved out of the body [m], and the vertices for which there is no place."""
-        self.end.state = self.end.projector.start()  # no pose remembers another
-        cleaned = self.end.clean(posed, worn.astype(np.float64), 1.0)
-        return cleaned.positions, np.isin(np.arange(len(worn)), cleaned.pinched)
+    def push_out(self, posed: PosedBody, vertices: Vertices) -> tuple[Vertices, Bool[np.ndarray, " verts"]]:
+        """Moves a garment out of the body; returns its vertices [m] and a mask of the pinched ones."""
+        cleaned = self.end.clean(posed, vertices.astype(np.float64), 1.0)  # independent of earlier poses
+        return cleaned.positions, np.isin(np.arange(len(vertices)), cleaned.pinched)

@@ -1,4 +1,4 @@
-"""Examples of sensitivity-optimised rigging: all that have derivatives, and what some of them tell in other poses."""
+"""Examples of sensitivity-optimised rigging, and the garments that some of them predict in other poses."""
 
 import numpy as np
 
@@ -9,57 +9,58 @@ from hemline.animators.agentdress.sor.rigging import relative_transforms, skin_p
 from hemline.arrays import Float, Int, Vertices
 from hemline.datasets import Dataset
 from hemline.motions.motion import Pose
-from papers.agentdress.residual import Left, Residual
+from papers.agentdress.residual import Residual, ResidualSize
 
 STIFFNESS = 1e-2
-"""What a change of the skin weights costs; `RiggedAnchors.fitted` chooses among some, at the cost of each."""
+"""Cost of changing the skin weights; fixed, as `RiggedAnchors.search` would rig all anchors once per candidate."""
 
 Chosen = Int[np.ndarray, " chosen"]
 
 
-def rigged_at(dataset: Dataset, model: AnimatorAgentDress, anchors: AnchorSet) -> RiggedAnchors:
-    """All anchors that have derivatives, rigged at one stiffness.
+def rig_anchors(dataset: Dataset, model: AnimatorAgentDress, anchors: AnchorSet) -> RiggedAnchors:
+    """Rigs all anchors that have derivatives, with one stiffness.
 
     Args:
-        dataset: Of the anchors.
-        model: Fitted to them.
-        anchors: Read from it.
+        dataset: The dataset of the anchors.
+        model: A model fitted to it.
+        anchors: The anchors read from it.
     """
-    return RiggedAnchors.at(dataset, rows_with_derivatives(dataset), model, anchors, STIFFNESS)
+    return RiggedAnchors.rig(dataset, rows_with_derivatives(dataset), model, anchors, STIFFNESS)
 
 
 class Examples:
-    """Garments guessed in some poses from some of the examples."""
+    """Predictions of the garment in given poses from some of the examples."""
 
     def __init__(self, model: AnimatorAgentDress, rigged: RiggedAnchors, poses: list[Pose]):
-        shaped, fitted = rigged.shaped, rigged.rigging
+        shaped, rigging = rigged.shaped, rigged.rigging
         self.model, self.rotations, self.poses = model, rigged.rotations, poses
         self.posed = [shaped.posed(pose) for pose in poses]
         self.residual = Residual(model.garment, shaped)
+        parts = list(zip(rigging.transforms, rigging.weights, rigging.vertices, strict=True))
         self.skinned = [
             np.array(
                 [
-                    skin_points(relative_transforms(posed.transforms, transforms), weights, worn)
-                    for transforms, weights, worn in zip(fitted.transforms, fitted.weights, fitted.vertices, strict=True)
+                    skin_points(relative_transforms(posed.transforms, transforms), weights, vertices)
+                    for transforms, weights, vertices in parts
                 ],
                 np.float32,
             )
             for posed in self.posed
         ]
 
-    def guessed(self, number: int, chosen: Chosen) -> Vertices:
-        """The garment in one of the poses, from the chosen examples [m]."""
+    def predict(self, number: int, chosen: Chosen) -> Vertices:
+        """Predicts the garment in one of the poses from the chosen examples [m]."""
         blend = anchor_blend(self.model, self.rotations[chosen], self.poses[number]).astype(np.float32)
         return np.einsum("va,avi->vi", blend, self.skinned[number][chosen])
 
-    def left(self, number: int, worn: Vertices) -> Left:
-        """What is left on a garment in one of the poses, once it is out of the body."""
-        out, pinched = self.residual.pushed_out(self.posed[number], worn)
-        return self.residual.left(self.posed[number], out, pinched)
+    def residual_of(self, number: int, vertices: Vertices) -> ResidualSize:
+        """Measures the residual of a garment in one of the poses, after moving it out of the body."""
+        out, pinched = self.residual.push_out(self.posed[number], vertices)
+        return self.residual.measure(self.posed[number], out, pinched)
 
     def norms(self, chosen: Chosen) -> Float[np.ndarray, " poses"]:
-        """Norms of the residual in all poses that are no examples, guessed from the chosen ones; 0 in those [N]."""
+        """Returns the norm of the residual of the prediction in each pose [N]; 0 in the poses of chosen examples."""
         others = np.setdiff1d(np.arange(len(self.poses)), chosen)
         result = np.zeros(len(self.poses))
-        result[others] = [self.left(number, self.guessed(number, chosen)).norm for number in others]
+        result[others] = [self.residual_of(number, self.predict(number, chosen)).norm for number in others]
         return result

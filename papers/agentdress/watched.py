@@ -1,16 +1,16 @@
-"""A close-fitting garment watched: `python -m papers.agentdress.watched MODEL CLIP... -o FOLDER`.
+"""A close-fitting garment on many clips and bodies: `python -m papers.agentdress.watched MODEL CLIP... --output FOLDER`.
 
-MODEL is a file or the name of a shipped model, a CLIP a shipped one or a recording. Each clip is played on bodies of
-several shapes: the mean one, and random ones of four betas. Of each clip and shape the figures of `hemline evaluate`
-are kept in FOLDER, and the frame whose edges are stretched most, drawn from both sides. A command that is run again
-goes on; another model or another commit wants another folder.
+MODEL is a model file or the name of a shipped model, a CLIP a shipped one or a recording. Each clip is played on the
+mean body and on random bodies of four betas. FOLDER takes the figures of `hemline evaluate` for each clip and body, and
+a picture of the frame whose edges are stretched most. A repeated command continues; use another folder for another
+model or commit.
 
-One JSON line goes to benchmarks/results/agentdress_watched.jsonl; the page papers/agentdress/pages/watched-GARMENT.md and the
-picture of its worst frames are made anew.
+Writes papers/agentdress/pages/watched-GARMENT.md with a picture of the worst frames, and a row in
+benchmarks/results/agentdress_watched.jsonl.
 """
 
-import argparse
 import json
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,35 +20,94 @@ from PIL import Image
 import hemline
 from hemline import metrics, pictures
 from hemline.animators.agentdress.model import AnimatorAgentDress
-from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody
 from hemline.compiled import use_threads
 from hemline.meshes import rest_lengths
 from hemline.playback import Frame, evaluate
 from hemline.sim import random_shapes
-from papers.agentdress.watched_page import write_page
+from papers.report import ROOT, Page, Row, join_numbers, mean_of, origin_of, parse_options, record
 
-ROOT = Path(__file__).parents[2]
+NAME = "agentdress_watched"
+PAGES = ROOT / "papers" / "agentdress" / "pages"
 ROWS = "rows.jsonl"
-RESULTS = ROOT / "benchmarks" / "results" / "agentdress_watched.jsonl"
-SIZE = (360, 480)
+PICTURE_SIZE = (360, 480)
 VIEWS = ("three_quarter", "back_three_quarter")
 BETAS = 4
-"""Of a random body, so many betas are drawn; the paper has as many."""
-SHOWN = 4
-"""Frames on the page."""
+"""Number of random betas of a body, as in the paper."""
+WORST_FRAMES = 4
+FIGURES = {
+    "inside_after": ("vertices inside after the projection, not pinched, worst frame, %", 0.0),
+    "through": ("covered skin visible in front of the cloth, %", 0.1),
+    "through_worst": ("covered skin visible in front of the cloth, worst frame, %", None),
+    "through_buried": ("covered skin in front of the cloth, hidden by another part of the body, %", None),
+    "inside_before": ("vertices inside before the projection, %", None),
+    "pinched": ("pinched vertices, %", None),
+    "stretch_p99": ("stretch of edges, p99, %", None),
+    "long": ("edges more than 30 % too long, %", None),
+    "crossing": ("edges that cross the cloth, %", None),
+}
+"""Description and largest wanted value of each figure."""
+COLUMNS = {
+    "inside_before": "inside before, %",
+    "pinched": "pinched, %",
+    "through": "visible skin, %",
+    "stretch_p99": "stretch p99, %",
+    "long": "long edges, %",
+}
 
 
-def shapes(body: hemline.bodies.Body, count: int, seed: int) -> list[np.ndarray]:
-    """The mean shape and random ones."""
+def write_page(row: Row) -> str:
+    """Writes the page of a garment; returns the text."""
+    rows, shapes, garment = row["rows"], row["shapes"], row["garment"]
+    clips = list(dict.fromkeys(each["clip"] for each in rows))
+    options = f"--shapes {len(shapes)} --seconds {row['seconds']:g}"
+    page = Page(f"AgentDress on many clips and bodies: {garment}")
+    page.text(origin_of(row, f"python -m papers.agentdress.watched {garment} CLIP... {options}"))
+    page.text(f"""
+        {len(clips)} clips on {len(shapes)} bodies, {sum(each["frames"] for each in rows)} frames, limbs first lifted
+        out of each other (`untangle`). Body 0 is the mean one; the others have four random betas.
+    """)
+    summary = []
+    for name, (description, goal) in FIGURES.items():
+        worst = max(rows, key=lambda each: each[name])
+        summary.append([description, goal, mean_of(rows, name), worst[name], worst["clip"], worst["shape"]])
+    page.table({"figure": "", "goal": "g", "mean": ".3g", "worst": ".3g", "worst clip": "", "worst body": "d"}, summary)
+    page.picture("The worst frames", f"watched-{garment}.png")
+    page.text("The frames with the largest stretch of edges, from both sides.")
+    columns = {heading: ".2g" for heading in COLUMNS.values()}
+    page.section("By clip").table(
+        {"clip": "", **columns, "largest novelty": ".2f"},
+        (
+            [clip, *_means(rows, lambda each, clip=clip: each["clip"] == clip)]
+            + [max(each["novelty_worst"] for each in rows if each["clip"] == clip)]
+            for clip in clips
+        ),
+    )
+    page.section("By body").table(
+        {"betas": "", **columns},
+        (
+            [join_numbers(betas), *_means(rows, lambda each, number=number: each["shape"] == number)]
+            for number, betas in enumerate(shapes)
+        ),
+    )
+    return page.write(PAGES / f"watched-{garment}.md")
+
+
+def _means(rows: Sequence[Row], selects: Callable[[Row], bool]) -> list[float]:
+    chosen = [each for each in rows if selects(each)]
+    return [mean_of(chosen, name) for name in COLUMNS]
+
+
+def draw_shapes(body: hemline.bodies.Body, count: int, seed: int) -> list[np.ndarray]:
+    """Returns the mean shape and random ones."""
     drawn = random_shapes(body, count - 1, seed)
     return [np.zeros(BETAS, np.float32), *(np.array(each[:BETAS], np.float32) for each in drawn)]
 
 
-def watched(
+def play(
     model: AnimatorAgentDress, body: ShapedBody, motion: hemline.motions.Motion
 ) -> tuple[dict[str, Any], tuple[float, int, Frame]]:
-    """Figures of one clip on one body, and its worst frame."""
+    """Plays one clip on one body; returns its figures, and stretch [%], number and content of its worst frame."""
     edges, lengths = rest_lengths(model.garment.faces, model.garment.rest_edges)
     worst: list[tuple[float, int, Frame]] = []
     count = 0
@@ -64,8 +123,8 @@ def watched(
     return figures, worst[0]
 
 
-def row_of(clip: str, shape: int, figures: dict[str, Any]) -> dict[str, Any]:
-    """What is kept of a clip on a shape."""
+def row_of(clip: str, shape: int, figures: dict[str, Any]) -> Row:
+    """Returns the row of a clip on a body."""
     inside, through, stretch = (figures[name] for name in ("inside_percent", "skin_through_percent", "stretch_percent"))
     return {
         "clip": clip,
@@ -84,71 +143,65 @@ def row_of(clip: str, shape: int, figures: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def drawn(model: AnimatorAgentDress, frame: Frame) -> np.ndarray:
-    """A frame from both sides."""
+def draw_frame(model: AnimatorAgentDress, frame: Frame) -> np.ndarray:
+    """Draws a frame from both sides."""
     meshes = [(frame.body.vertices, frame.body.faces, "body"), (frame.vertices, model.garment.faces, "cloth")]
-    return pictures.side_by_side([pictures.picture_of(meshes, view, size=SIZE) for view in VIEWS])
+    return pictures.side_by_side([pictures.picture_of(meshes, view, size=PICTURE_SIZE) for view in VIEWS])
 
 
-def kept_rows(folder: Path) -> dict[tuple[str, int], dict[str, Any]]:
-    """What a folder holds already, by clip and shape."""
+def read_folder(folder: Path) -> dict[tuple[str, int], Row]:
+    """Reads the rows that a folder already holds, by clip and body."""
     file = folder / ROWS
     rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
     return {(row["clip"], row["shape"]): row for row in rows}
 
 
 def main() -> None:
-    """Play, measure, draw, record."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("model", help="a model file, or the name of a shipped model")
-    parser.add_argument("clips", nargs="+", help="shipped clips, or recordings")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="rows, and pictures of the worst frames")
-    parser.add_argument("--shapes", type=int, default=8, help="bodies, the mean one first")
-    parser.add_argument("--seconds", type=float, default=3.0, help="how much of each clip")
-    parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args()
+    """Plays what is missing, measures, draws, records and writes the page."""
+    options = parse_options(
+        __doc__,
+        "model",
+        "clips...",
+        output=(Path, "rows, and pictures of the worst frames"),
+        shapes=(8, "number of bodies, the mean one first"),
+        seconds=(3.0, "length of each clip [s]"),
+        seed=0,
+    )
     use_threads(1)
-    model = hemline.load(asked.model)
+    model = hemline.load(options.model)
     assert isinstance(model, AnimatorAgentDress)
     body = hemline.bodies.load(model.body_name)
-    bodies = [body.shaped(each) for each in shapes(body, asked.shapes, asked.seed)]
-    asked.output.mkdir(parents=True, exist_ok=True)
-    found = kept_rows(asked.output)
-    for name in asked.clips:
+    bodies = [body.shaped(each) for each in draw_shapes(body, options.shapes, options.seed)]
+    options.output.mkdir(parents=True, exist_ok=True)
+    found = read_folder(options.output)
+    for name in options.clips:
         clip, motion = Path(name).stem, hemline.motions.open_motion(name)
         first, last = hemline.motions.longest_clean(motion)
         motion = motion[first:last]
-        motion = motion[: max(2, round(asked.seconds * motion.fps))]
+        motion = motion[: max(2, round(options.seconds * motion.fps))]
         for number, shaped in enumerate(bodies):
             if (clip, number) in found:
                 continue
-            figures, (stretch, index, frame) = watched(model, shaped, motion)
-            picture = pictures.add_caption(
-                drawn(model, frame), f"{clip}, body {number}, frame {index}: p99 {stretch:.0f} %"
-            )
-            pictures.write_png(asked.output / f"{clip}-{number}.png", picture)
+            figures, (stretch, index, frame) = play(model, shaped, motion)
+            caption = f"{clip}, body {number}, frame {index}: p99 {stretch:.0f} %"
+            picture = pictures.add_caption(draw_frame(model, frame), caption)
+            pictures.write_png(options.output / f"{clip}-{number}.png", picture)
             row = row_of(clip, number, figures) | {"stretch_worst": stretch}
-            with (asked.output / ROWS).open("a") as stream:
+            with (options.output / ROWS).open("a") as stream:
                 stream.write(json.dumps(row) + "\n")
             found[clip, number] = row
-            told = "  ".join(f"{k} {v:.3g}" for k, v in row.items() if isinstance(v, float))
-            print(f"{clip:<12} {number}  {told}", flush=True)
-    rows = [found[Path(name).stem, number] for name in asked.clips for number in range(len(bodies))]
-    worst = sorted(rows, key=lambda each: -each["stretch_worst"])
+            print(row, flush=True)
+    rows = [found[Path(name).stem, number] for name in options.clips for number in range(len(bodies))]
+    worst = sorted(rows, key=lambda each: -each["stretch_worst"])[:WORST_FRAMES]
+    views = [np.asarray(Image.open(options.output / f"{each['clip']}-{each['shape']}.png")) for each in worst]
+    pictures.write_png(PAGES / f"watched-{model.garment.name}.png", np.concatenate(views, axis=0))
     row = {
         "garment": model.garment.name,
         "shapes": [[round(float(beta), 2) for beta in each.betas[:BETAS]] for each in bodies],
-        "seconds": asked.seconds,
+        "seconds": options.seconds,
         "rows": rows,
-        "machine": machine(),
-        "commit": commit(),
     }
-    pages = ROOT / "papers" / "agentdress" / "pages"
-    shown = [np.asarray(Image.open(asked.output / f"{each['clip']}-{each['shape']}.png")) for each in worst[:SHOWN]]
-    pictures.write_png(pages / f"watched-{model.garment.name}.png", np.concatenate(shown, axis=0))
-    print(write_page(row, pages))
-    with RESULTS.open("a") as stream:
-        stream.write(json.dumps(row) + "\n")
+    print(write_page(*record(NAME, row)))
 
 
 if __name__ == "__main__":

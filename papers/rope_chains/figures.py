@@ -1,9 +1,9 @@
-"""The paper's figures, redrawn: `python -m papers.rope_chains.figures MODEL TAKES TRUTH [--only 4 5]`.
+"""The figures of the paper, redrawn with measurements.
 
-MODEL is a file or the name of a shipped model, TAKES the dataset that it was fitted to, TRUTH one of clips that nobody
-fitted to. The page papers/rope_chains/pages/figures-NAME.md and its pictures are written anew; beside each figure stand what
-the paper says, what was measured here, and whether it holds. `--only` draws some figures and prints what they say,
-without writing the page.
+Run `python -m papers.rope_chains.figures MODEL TAKES TRUTH [--only 4 5]`. MODEL is a file or the name of a shipped
+model, TAKES the dataset of its fit, TRUTH a dataset of clips that were not part of a fit. The script writes the page
+papers/rope_chains/pages/figures-NAME.md and its pictures. Each figure has the statement of the paper, the measurement
+here, and whether the statement holds. `--only` draws some figures and prints their measurements, without the page.
 """
 
 import argparse
@@ -27,7 +27,7 @@ PAGE = """\
 # The figures of Jin et al. 2024, redrawn: {name}
 
 Written by `python -m papers.rope_chains.figures {model} TAKES TRUTH` at commit {commit}, on {machine}, one
-thread. TAKES is the dataset of the fit, TRUTH holds clips of subjects that nobody fitted to.
+thread. TAKES is the dataset of the fit, TRUTH holds clips of subjects that were not part of it.
 
 {figures}
 """
@@ -48,12 +48,12 @@ def main() -> None:
     parser.add_argument("takes", type=Path, help="the dataset of the fit")
     parser.add_argument("truth", type=Path, help="a dataset of clips that the model was not fitted to")
     parser.add_argument("--only", nargs="+", help="numbers of figures: 3 4 5 7 8 9 15; 9 stands for 9 to 12")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     use_threads(1)
-    model = hemline.load(asked.model)
-    takes, truth = (hemline.datasets.open_dataset(folder) for folder in (asked.takes, asked.truth))
+    model = hemline.load(options.model)
+    takes, truth = (hemline.datasets.open_dataset(folder) for folder in (options.takes, options.truth))
     folder = PAGES / f"figures-{model.garment.name}"
-    ways = {
+    drawings = {
         "3": lambda: [fig03_net.draw(folder)],
         "4": lambda: [fig04_pendulum.draw(folder)],
         "5": lambda: [fig05_sweeps.draw(folder)],
@@ -64,16 +64,16 @@ def main() -> None:
     }
     folder.mkdir(parents=True, exist_ok=True)
     entries = []
-    for number, way in ways.items():
-        if asked.only and number not in asked.only:
+    for number, draw in drawings.items():
+        if options.only and number not in options.only:
             continue
-        for drawn in way():
+        for drawn in draw():
             entries.append(ENTRY.format(folder=folder.name, **vars(drawn)))
             print(f"Fig. {drawn.number}: {drawn.measured} {drawn.holds}", flush=True)
-    if not asked.only:
+    if not options.only:
         text = PAGE.format(
             name=model.garment.name,
-            model=Path(asked.model).name,
+            model=Path(options.model).name,
             commit=commit(),
             machine=machine(),
             figures="\n".join(entries),

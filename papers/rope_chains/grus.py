@@ -1,14 +1,15 @@
-"""Rope chains beside recurrent networks: `python -m papers.rope_chains.grus MODEL TAKES TRUTH`.
+"""Comparison of rope chains with recurrent networks.
 
-MODEL is a file or the name of a shipped model, TAKES a dataset of the same garment to train on (its training split,
-with mirror images; the validation split chooses the epoch), TRUTH one of clips that nobody trained on. Each clip of
-TRUTH, and three of the training split, are played by the bones of one recurrent network for each chain, by the model's
-ropes and by its learned bones, all through the networks of the model. Printed are the mean distances of free bones and
-of vertices to the simulation; the latter by `hemline.evaluate`, with the whole-cloth step and the projection behind it.
+Run `python -m papers.rope_chains.grus MODEL TAKES TRUTH`. MODEL is a file or the name of a shipped model, TAKES a
+dataset of the same garment to train on (its training split with mirror images; the validation split chooses the epoch),
+TRUTH a dataset of clips that were not trained on. Each clip of TRUTH, and three of the training split, are played with
+the bones of one recurrent network for each chain, with the model's ropes, and with its learned bones, all through the
+networks of the model. The script prints the mean distances of free bones and of vertices to the simulation; the latter
+by `hemline.evaluate`, with the whole-cloth step and the projection.
 
-One JSON line a clip goes to benchmarks/results/rope_chains_grus.jsonl. The page papers/rope_chains/pages/grus-NAME.md is
-written anew, with the frame of a clip trained on (Fig. 13) and of one held out (Fig. 14) in which the recurrent
-networks are farthest off.
+It appends one JSON line for each clip to benchmarks/results/rope_chains_grus.jsonl and writes the page
+papers/rope_chains/pages/grus-NAME.md, with the frame of a training clip (Fig. 13) and of a held-out clip (Fig. 14) in
+which the recurrent networks have the largest error.
 """
 
 import argparse
@@ -21,11 +22,11 @@ import numpy as np
 
 import hemline
 from hemline import pictures
-from hemline.animators.ropes.bones.bones import rest_bones, seen_bones
-from hemline.animators.ropes.fit.gather import Source
+from hemline.animators.ropes.bones.bones import bones_of_mesh, rest_bones
+from hemline.animators.ropes.fit.gather import TakeFrames
 from hemline.bench.machine import commit, machine
 from hemline.compiled import use_threads
-from hemline.learning.key_frame import to_key
+from hemline.learning.key_frame import to_key_frame
 from papers.rope_chains.baselines import Baseline
 from papers.rope_chains.baselines.gru_training import GruOptions, train_grus
 
@@ -54,11 +55,11 @@ The frame in which the recurrent networks are farthest off. {columns}, simulatio
 ![Fig. {number}]({file})
 """
 TRAINING_CLIPS = 3
-"""So many takes of the training split are played, evenly spread over it."""
+"""Number of takes of the training split that are played, evenly spread over it."""
 
 
-class Told:
-    """Prints what an epoch costs."""
+class EpochTimer:
+    """Prints the duration of an epoch."""
 
     def __init__(self):
         self.begun = time.perf_counter()
@@ -72,20 +73,20 @@ class Told:
 
 
 def bones_mm(model, source, body, take) -> float:
-    """Mean distance of free bones to the simulated ones along a clip [mm]."""
+    """Returns the mean distance of free bones to the simulated ones along a clip [mm]."""
     ropes, motion, off = model.ropes, take.motion, []
     free, rest = ropes.parents >= 0, rest_bones(ropes, model.rest, body)
     state = source.start(body.posed(motion[0]))
     for index in range(len(motion)):
         posed = body.posed(motion[index])
         state, moved = source.step(state, posed, 1 / motion.fps, rest)
-        truth = to_key(posed.transforms[model.key], seen_bones(ropes, take.vertices[index], posed)) - rest
+        truth = to_key_frame(posed.transforms[model.key], bones_of_mesh(ropes, take.vertices[index], posed)) - rest
         off.append(np.linalg.norm((moved.reshape(-1, 3) - truth)[free], axis=1).mean())
     return 1e3 * float(np.mean(np.array(off)[take.clip_frames]))
 
 
-def played(model, animators: dict, body, dataset, row) -> tuple[dict, np.ndarray]:
-    """Errors of all animators on one clip, and a picture of the frame in which the first is farthest off."""
+def evaluate_clip(model, animators: dict, body, dataset, row) -> tuple[dict, np.ndarray]:
+    """Returns errors of all animators on a clip, and a picture of the frame with the largest error of the first."""
     take, found, frames = dataset.take(row), {}, {}
     for name, (animator, source) in animators.items():
         frames[name] = []
@@ -109,8 +110,8 @@ def played(model, animators: dict, body, dataset, row) -> tuple[dict, np.ndarray
     return figures, pictures.side_by_side(views)
 
 
-def shown(row: dict, names) -> str:
-    """One clip as a line of a table."""
+def table_row(row: dict, names) -> str:
+    """Returns one clip as a row of the table."""
     cells = (f"{row[name]['bones_mm']:.1f}; {row[name]['mesh_mm']:.1f}" for name in names)
     return f"| {row['side']} | {row['clip']} | {' | '.join(cells)} |"
 
@@ -119,15 +120,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="A recurrent network for each chain in the place of the ropes.")
     parser.add_argument("model", help="a model file, or the name of a shipped model")
     parser.add_argument("takes", type=Path, help="a dataset to train on")
-    parser.add_argument("truth", type=Path, help="a dataset of clips that nobody trained on")
+    parser.add_argument("truth", type=Path, help="a dataset of clips that were not trained on")
     parser.add_argument("--epochs", type=int, default=GruOptions.epochs, help="passes over the training set")
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     use_threads(1)
-    model, options = hemline.load(asked.model), GruOptions(epochs=asked.epochs)
-    takes, truth = (hemline.datasets.open_dataset(folder) for folder in (asked.takes, asked.truth))
+    model, options = hemline.load(arguments.model), GruOptions(epochs=arguments.epochs)
+    takes, truth = (hemline.datasets.open_dataset(folder) for folder in (arguments.takes, arguments.truth))
     body = hemline.bodies.load(model.body_name).shaped(model.garment.body_betas)
     begun = time.perf_counter()
-    grus = train_grus(Source.of(takes), model.ropes, options, seed=0, progress=Told())
+    grus = train_grus(TakeFrames.of(takes), model.ropes, options, seed=0, progress=EpochTimer())
     seconds, shown_rows = time.perf_counter() - begun, takes.split("train")
     count = sum(row.clip_frames for row in shown_rows)
     print(f"{len(grus.cells.slots)} chains, {count} frames to train on: {seconds:.0f} s, reading included")
@@ -146,9 +147,9 @@ def main() -> None:
     print("\n".join(table), flush=True)
     rows, drawn = [], []
     for side, dataset, clip in plan:
-        figures, picture = played(model, animators, body, dataset, clip)
+        figures, picture = evaluate_clip(model, animators, body, dataset, clip)
         rows.append({"side": side} | figures)
-        table.append(shown(rows[-1], animators))
+        table.append(table_row(rows[-1], animators))
         print(table[-1], flush=True)
         with RESULTS.open("a") as stream:
             stream.write(json.dumps(rows[-1] | common) + "\n")
@@ -163,11 +164,11 @@ def main() -> None:
             name: {key: np.mean([row[name][key] for row in rows if row["side"] == side]) for key in rows[0][name]}
             for name in animators
         }
-        table.append(shown({"side": side, "clip": "mean"} | mean, animators))
+        table.append(table_row({"side": side, "clip": "mean"} | mean, animators))
         print(table[-1])
     page = PAGE.format(
         name=model.garment.name,
-        model=Path(asked.model).name,
+        model=Path(arguments.model).name,
         commit=commit(),
         machine=machine(),
         chains=len(grus.cells.slots),

@@ -1,14 +1,14 @@
-"""What each part of swingar's two networks is worth, on one small equal budget: the paper's Tables I, Figs. 9 and 12.
+"""Measures what each part of both networks is worth on one small equal budget: the paper's Table I, Figs. 9 and 12.
 
     python -m papers.swingar.ablations TAKES... --judged TAKES... --checkpoints FOLDER \\
         -o benchmarks/results/swingar_ablations.jsonl
 
-TAKES are datasets that `python -m hemline.models.make.swingar_takes` made. Each variant is trained alike, from nothing,
-with one seed, and judged on the datasets of `--judged`; without these, every second take is used, and subjects and
-garments are held out by the split. A row is written after each; rows that are there are not made again, and a killed
-graph network goes on from its checkpoint. Variants of the graph network are those of `ablations_graph.py`: after them
-the plain one goes on for a third of the epochs with the collision loss, with all terms, and with neither.
-`ablations_page.py` makes a page of them.
+TAKES are datasets that `python -m hemline.models.make.swingar_takes` made. All variants are trained alike from scratch
+with one seed, and evaluated on the datasets of `--judged`. Without these, every second take is used, and the split
+holds out subjects and garments. A row is written after each variant. Rows that exist are not made again, and a killed
+graph network continues from its checkpoint. `ablations_graph.py` has the variants of the graph network: after them the
+plain one continues for a third of the epochs with the collision loss, with all terms, and with neither.
+`ablations_page.py` writes the page.
 """
 
 import argparse
@@ -23,7 +23,7 @@ import numpy as np
 from hemline.animators.coarse.fit.fit import split_takes
 from hemline.animators.coarse.fit.split_frames import SplitFrames
 from hemline.animators.coarse.fit.walk import TakeWalk
-from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, DESCRIBED_COUNT, BODY_PARTS, TRAIL_COUNT
+from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, BODY_PARTS, DESCRIBED_COUNT, TRAIL_COUNT
 from hemline.animators.lag import LagConfig
 from hemline.animators.lag.fit.lag_samples import GarmentSamples, garment_samples
 from hemline.animators.swingar.fit.fit_graph import samples_of
@@ -34,9 +34,9 @@ from hemline.files import content_hash
 from papers.swingar.ablations_graph import Budget, names, rows_of_graph
 
 STRIDE = 18
-"""Every so many frames are learned from, and the two before each."""
+"""Interval between the frames that are trained on, each with the two frames before it."""
 NEAR = slice(2 * TRAIL_COUNT + 6, 2 * TRAIL_COUNT + 6 + 8 * len(BODY_PARTS))
-"""Columns that tell what of the body is near."""
+"""Columns of the features that say which parts of the body are near."""
 HIDDEN: dict[str, list[slice]] = {
     "all that it is told": [],
     "not how it lay at the beginning": [slice(DESCRIBED_COUNT, DESCRIBED_COUNT + BEGINNING_COUNT)],
@@ -45,39 +45,39 @@ HIDDEN: dict[str, list[slice]] = {
     "not where joints are": [slice(NEAR.stop, DESCRIBED_COUNT)],
     "the present pose alone": [slice(0, 2 * TRAIL_COUNT), slice(DESCRIBED_COUNT, DESCRIBED_COUNT + BEGINNING_COUNT)],
 }
-"""Variants of the lag network: columns that are zero."""
+"""Variants of the lag network, with the columns of features that are set to zero."""
 LEARNED: dict[str, dict[str, Any]] = {
     "no mirror images": {"mirrored": False},
     "millimetres of all garments alike": {"evenness": 0.0},
     "no error of edges": {"edge_weight": 0.0},
 }
-"""Variants of its fit."""
+"""Variants of the fit of the lag network, with their options."""
 
 
 def rows_of_lag(train: list[GarmentSamples], valid: list[GarmentSamples], epochs: int, wanted: set) -> Iterator[dict]:
-    """Rows of the lag network."""
+    """Yields rows of the lag network."""
     config = LagConfig(epochs=epochs)
     for name, columns in HIDDEN.items():
         if name in wanted:
-            shown = [[hidden(each, columns) for each in side] for side in (train, valid)]
-            yield {"network": "lag", "variant": name} | lag_trained(*shown, config)
+            shown = [[hide_features(each, columns) for each in split] for split in (train, valid)]
+            yield {"network": "lag", "variant": name} | train_lag(*shown, config)
     for name, options in LEARNED.items():
         if name in wanted:
-            yield {"network": "lag", "variant": name} | lag_trained(train, valid, replace(config, **options))
+            yield {"network": "lag", "variant": name} | train_lag(train, valid, replace(config, **options))
 
 
-def hidden(samples: GarmentSamples, columns: Sequence[slice]) -> GarmentSamples:
-    """Samples with columns of what vertices are told set to zero."""
+def hide_features(samples: GarmentSamples, columns: Sequence[slice]) -> GarmentSamples:
+    """Returns samples in which some columns of the features are zero."""
     if not columns:
         return samples
-    told = np.array(samples.worn.features)
+    features = np.array(samples.frames.features)
     for each in columns:
-        told[..., each] = 0
-    return replace(samples, worn=replace(samples.worn, told=told))
+        features[..., each] = 0
+    return replace(samples, frames=replace(samples.frames, features=features))
 
 
-def lag_trained(train: list[GarmentSamples], valid: list[GarmentSamples], config: LagConfig) -> dict[str, Any]:
-    """Train the lag network; its errors [mm]."""
+def train_lag(train: list[GarmentSamples], valid: list[GarmentSamples], config: LagConfig) -> dict[str, Any]:
+    """Trains the lag network; returns its errors [mm]."""
     from hemline.animators.lag.fit.fit_lag import scales
     from hemline.animators.lag.fit.lag_training import LagObjective, TorchLagNet
     from hemline.learning.fit.trainer import Schedule, Trainer
@@ -87,23 +87,23 @@ def lag_trained(train: list[GarmentSamples], valid: list[GarmentSamples], config
     return {
         "error_mm": weighted(objective.errors(valid), valid),
         "trained_mm": weighted(objective.errors(train), train),
-        "skinned_mm": weighted([skinned(each) for each in valid], valid),
+        "skinned_mm": weighted([skinning_error(each) for each in valid], valid),
         "frames": sum(len(each) for each in train),
     }
 
 
-def skinned(samples: GarmentSamples) -> float:
-    """Error of skinning [m]."""
+def skinning_error(samples: GarmentSamples) -> float:
+    """Returns the mean error of skinning [m]."""
     return float(np.linalg.norm(samples.displacements(), axis=2).mean())
 
 
 def weighted(errors: Sequence[float], samples: Sequence[GarmentSamples]) -> float:
-    """Mean over frames [mm]."""
+    """Returns the mean over frames [mm]."""
     return 1e3 * float(np.average(errors, weights=[len(each) for each in samples]))
 
 
 def sides_of(data: Collection, judged: int) -> tuple[list[Entry], list[Entry]]:
-    """Takes to learn from, and takes to judge by: those of the last datasets, or every second one, by the split."""
+    """Returns takes to train on and to evaluate on: those of the last datasets, or every second one of the split."""
     if judged:
         known = len(data.datasets) - judged
         return [each for each in data.clips() if each.dataset < known], [
@@ -115,7 +115,7 @@ def sides_of(data: Collection, judged: int) -> tuple[list[Entry], list[Entry]]:
 
 
 def main() -> None:
-    """Make the rows that are missing."""
+    """Makes the rows that are missing."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("takes", nargs="+", type=Path)
     parser.add_argument("--judged", nargs="*", type=Path, default=[], help="takes to judge by; all others are learned")
@@ -132,7 +132,7 @@ def main() -> None:
     mark = content_hash(budget | {"names": [entry.row.name for entry in (*train, *valid)]})
     lines = args.out.read_text().splitlines() if args.out.exists() else []
     known = {(row["network"], row["variant"]) for row in map(json.loads, lines) if row["mark"] == mark}
-    told = {"mark": mark, "budget": budget, "machine": machine(), "commit": commit()}
+    common = {"mark": mark, "budget": budget, "machine": machine(), "commit": commit()}
 
     def missing(network: str, names: list[str]) -> set[str]:
         return {each for each in args.variants or names if each in names and (network, each) not in known}
@@ -144,7 +144,7 @@ def main() -> None:
                 flush=True,
             )
             with args.out.open("a") as file:
-                file.write(json.dumps(row | told) + "\n")
+                file.write(json.dumps(row | common) + "\n")
 
     sides = {"train": train, "new_garment": valid}
     frames = SplitFrames.of(data, sides, TakeWalk(size, STRIDE), args.checkpoints / "frames")

@@ -36,34 +36,37 @@ GRAPH: dict[str, dict[str, Any]] = {
     "alpha = 3": {"alpha": 3.0},
     "no Lipschitz normalisation": {"lipschitz": False},
 }
-"""Options of its sizes, and `distance`, that of the descriptor."""
+"""Variants of the graph network: options of its sizes, and `distance`, that of the descriptor."""
 TERMS: dict[str, dict[str, float]] = {
     "vertices alone": {"edge": 0.0, "bend": 0.0, "gravity": 0.0, "collision": 0.0},
     "with the collision loss": {"edge": 0.0, "bend": 0.0, "gravity": 0.0},
     "with all terms": {},
 }
-"""The plain one gone on with: weights of its loss that are not the paper's."""
+"""Variants that continue from the plain network, with weights of the loss that are not the paper's."""
 FRAMES, WARM_UP = 4, 50
-"""Frames of a garment shown together; steps over which the learning rate rises."""
+"""Number of frames of a garment in a batch; number of steps over which the learning rate rises."""
 
 
 def names() -> list[str]:
-    """Of all variants."""
+    """Returns the names of all variants."""
     return [*GRAPH, *TERMS]
 
 
 @dataclass(frozen=True)
 class Budget:
-    """How long each is trained, and where its checkpoints lie."""
+    """Length of the trainings, and the folder of their checkpoints."""
 
     epochs: int
+    """Epochs of the variants in `GRAPH`."""
     more: int
-    """Epochs of those of `TERMS`."""
+    """Epochs of the variants in `TERMS`."""
     mark: str
+    """Hash of everything that the trainings depend on."""
     folder: Path
+    """Folder for checkpoints."""
 
-    def trained(self, name: str, samples: TakeSamples, config: EstimatorConfig, **options: Any) -> Any:
-        """A variant, trained; from its checkpoint where it is there."""
+    def train(self, name: str, samples: TakeSamples, config: EstimatorConfig, **options: Any) -> Any:
+        """Trains a variant, from its checkpoint if there is one."""
         from hemline.animators.swingar.fit.train_estimator import TrainingPlan, train_estimator
 
         epochs = {"coarse_epochs": 0, "term_epochs": self.more} if options else {"coarse_epochs": self.epochs}
@@ -83,40 +86,40 @@ class Budget:
 
 
 def rows_of_graph(samples: TakeSamples, betas: int, budget: Budget, wanted: set[str]) -> Iterator[dict[str, Any]]:
-    """Rows of those that are wanted.
+    """Yields rows of the wanted variants.
 
     Args:
-        samples: Takes to learn from and to judge by.
-        betas: Shape coefficients of the body.
-        budget: How long.
-        wanted: Names.
+        samples: Samples to train on and to evaluate on.
+        betas: Number of shape coefficients of the body.
+        budget: Length of the trainings.
+        wanted: Names of the variants.
     """
     plain = estimator_of(SwingarConfig(), betas)
     for name in [name for name in GRAPH if name in wanted]:
         options = GRAPH[name]
         config = replace(plain, **{key: value for key, value in options.items() if key != "distance"})
-        shown = described(samples, config.descriptor, options.get("distance", "geodesic"))
+        shown = describe_garments(samples, config.descriptor, options.get("distance", "geodesic"))
         began = process_time()
-        trained = budget.trained(name, shown, config)
+        trained = budget.train(name, shown, config)
         yield row(name, shown, config, trained, "coarse", process_time() - began)
     for name in [name for name in TERMS if name in wanted]:
         from hemline.animators.swingar.fit.losses import LossWeights
 
-        start = budget.trained(PLAIN, samples, plain).arrays
+        start = budget.train(PLAIN, samples, plain).arrays
         began = process_time()
-        trained = budget.trained(name, samples, plain, start=start, weights=LossWeights(**TERMS[name]))
+        trained = budget.train(name, samples, plain, start=start, weights=LossWeights(**TERMS[name]))
         yield row(name, samples, plain, trained, "coarse-all-terms", process_time() - began)
 
 
 def row(name: str, shown: TakeSamples, config: EstimatorConfig, trained: Any, stage: str, seconds: float) -> dict:
-    """What is kept of a variant."""
+    """Returns the row of a variant."""
     curve = [1e3 * each for each in trained.curves[stage]]
     found = {"network": "graph", "variant": name, "skinned_mm": curve[0], "curve_mm": curve, "cpu_s": seconds}
-    return found | judged(shown, config, trained.arrays)
+    return found | evaluate(shown, config, trained.arrays)
 
 
-def described(samples: TakeSamples, size: int, distance: Any) -> TakeSamples:
-    """Samples with another descriptor."""
+def describe_garments(samples: TakeSamples, size: int, distance: Any) -> TakeSamples:
+    """Returns samples with another descriptor."""
     found = []
     for each in samples.garments:
         points = each.features[:, 3:6]
@@ -125,8 +128,8 @@ def described(samples: TakeSamples, size: int, distance: Any) -> TakeSamples:
     return replace(samples, garments=found)
 
 
-def judged(samples: TakeSamples, config: EstimatorConfig, arrays: dict[str, np.ndarray]) -> dict[str, float]:
-    """Errors on held-out frames, each garment on each body counting alike, and what is inside the body there."""
+def evaluate(samples: TakeSamples, config: EstimatorConfig, arrays: dict[str, np.ndarray]) -> dict[str, float]:
+    """Returns errors on held-out frames and vertices inside the body; garments on a body have equal weights."""
     import torch
 
     from hemline.animators.swingar.fit.estimator import Estimator
@@ -139,12 +142,12 @@ def judged(samples: TakeSamples, config: EstimatorConfig, arrays: dict[str, np.n
     for chosen in validation_frames(samples, groups):
         batch, garment = samples.frames(chosen), samples.garments[int(samples.garment_of[chosen[0]])]
         with torch.no_grad():
-            found = stage.predicted(chosen, batch).numpy()
+            found = stage.predict(chosen, batch).numpy()
         apart = 1e3 * np.linalg.norm(found - batch.truth, axis=2)
         turned = [normal_errors_deg(*each, garment.faces) for each in zip(found, batch.truth, strict=True)]
         neighbours, shares = Neighbours.of(garment.features[:, 3:6], garment.faces), []
-        for vertices, told in zip(found, batch.body, strict=True):
-            posed = posed_as(told)
+        for vertices, inputs in zip(found, batch.body, strict=True):
+            posed = pose_body(inputs)
             out = push_out(vertices, sdf.at(posed), neighbours).vertices
             shares.append([inside(posed.vertices, posed.faces, each).mean() for each in (vertices, out)])
         rows.append(
@@ -160,9 +163,9 @@ def judged(samples: TakeSamples, config: EstimatorConfig, arrays: dict[str, np.n
     return {key: float(np.mean([each[key] for each in rows])) for key in rows[0]}
 
 
-def posed_as(told: np.ndarray) -> PosedBody:
-    """The body that the network is told of, as it sees it: the pelvis is the origin, its heading is taken out."""
+def pose_body(inputs: np.ndarray) -> PosedBody:
+    """Poses the body at the origin without heading, from its betas and axis-angles."""
     joints = 24
-    shaped = bodies.load("anny24").shaped(told[: -3 * joints])
-    rotations = from_axis_angle(told[-3 * joints :].reshape(joints, 3).astype(np.float64)).astype(np.float32)
+    shaped = bodies.load("anny24").shaped(inputs[: -3 * joints])
+    rotations = from_axis_angle(inputs[-3 * joints :].reshape(joints, 3).astype(np.float64)).astype(np.float32)
     return shaped.posed(Pose(rotations, np.zeros(3, np.float32)))

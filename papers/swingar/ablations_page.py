@@ -1,4 +1,4 @@
-"""Write papers/swingar/pages/ablations.md: `python -m papers.swingar.ablations_page`, after `ablations.py`."""
+"""Writes papers/swingar/pages/ablations.md: `python -m papers.swingar.ablations_page`, after `ablations.py`."""
 
 import json
 from itertools import pairwise
@@ -17,7 +17,7 @@ TABLE_I = {
     "Euclidean affinity": (2.24, 8.95),
     PLAIN: (1.90, 7.53),
 }
-"""The paper's errors: cm, degrees."""
+"""Errors of the paper: distances [cm] and angles of normals [degrees]."""
 FIG_12 = {"z = 128": "more", PLAIN: "19.0 mm, the least (z = 256)", "z = 512": "more"}
 FIG_9 = {
     "alpha = 1": "not said",
@@ -25,27 +25,26 @@ FIG_9 = {
     "alpha = 3": "like 2",
     "no Lipschitz normalisation": "the most, unstable",
 }
-"""What the paper says of its plots, which have no numbers in the text."""
+"""Statements of the paper on its plots, which have no numbers in the text."""
 GROUP = 100 * FRAMES
-"""Frames of an epoch of the graph network."""
+"""Number of frames in an epoch of the graph network."""
 
 
 def page(rows: list[dict[str, Any]]) -> str:
-    """All of it: of each network the rows of the takes that most of them are of."""
+    """Returns the page, with the rows of each network that share the most common set of takes."""
     lag, graph = (_most(rows, network) for network in ("lag", "graph"))
     same = lag and graph and lag[0]["mark"] == graph[0]["mark"]
-    sets = "Both networks were given one set of takes." if same else "Each network was given a set of its own."
-    return f"""# What each part of swingar is worth
+    sets = "Both networks have the same takes." if same else "Each network has takes of its own."
+    return f"""# Ablations of SwinGar and lag
 
-Written by `python -m papers.swingar.ablations_page`, from what `ablations.py` measured; the paper is Li et
-al., "SwinGar", 2023. Each variant is trained alike, from nothing, with one seed, and judged on takes that it has not
-seen: distance of the proxy's vertices. {sets} Budgets are small: these are
-not the errors of what ships, and differences below a millimetre say nothing.
-[The takes](../../src/hemline/models/README.md#lag).
+`python -m papers.swingar.ablations_page` writes this page from the results of `ablations.py`. The paper is Li et al.,
+"SwinGar", 2023. All variants are trained alike from scratch with one seed. Errors are mean distances of the vertices of
+proxies on takes that they have not seen ([the takes](../../../src/hemline/models/README.md#lag)). {sets}
+Budgets are small: these are not the errors of the shipped models, and differences below a millimetre mean nothing.
 {_lag(lag) if lag else ""}{_graph(graph, "" if same else _beside(rows, graph[0]["mark"])) if graph else ""}
-Tables II and III of the paper as a whole, with the projection: [collisions](collisions.md). Table V, frames a second:
-[figures of the network](../../src/hemline/animators/swingar/README.md#figures), `throughput.py`; the paper's frame
-takes 26 ms on a GPU (38.1 a second, 307.8 in batches), of 10,000 vertices.
+[Collisions](collisions.md) has Tables II and III of the paper, with our projection. The speed of Table V, measured by
+`throughput.py`, is in the [notes](notes.md#the-speed-of-swingar). A frame of the paper, of 10,000 vertices, takes 26 ms
+on a GPU (38.1 frames a second, 307.8 in batches).
 """
 
 
@@ -56,7 +55,7 @@ def _most(rows: list[dict[str, Any]], network: str) -> list[dict[str, Any]]:
 
 
 def _beside(rows: list[dict[str, Any]], mark: str) -> str:
-    """The lag network on the takes of the graph network."""
+    """Returns a sentence on the lag network, trained on the takes of the graph network."""
     return "".join(
         f" The lag network on the same takes, {row['budget']['lag']} epochs of {row['frames']:,} frames, "
         f"{row['variant']}: {row['error_mm']:.1f} mm of {row['skinned_mm']:.1f}, mean over frames."
@@ -66,12 +65,12 @@ def _beside(rows: list[dict[str, Any]], mark: str) -> str:
 
 
 def _made(rows: list[dict[str, Any]]) -> str:
-    """What they are of."""
+    """Returns a sentence on the budget of some rows."""
     budget, commits = rows[0]["budget"], ", ".join(dict.fromkeys(row["commit"] for row in rows))
     new = f" of {budget['new']} other garments" if "new" in budget else " of other subjects, or other garments"
     of = f" of {budget['garments']} garments" if "garments" in budget else ""
     return (
-        f"Learned: {budget['takes']} takes{of}; held out: {budget['held_out']} takes{new}. "
+        f"Training: {budget['takes']} takes{of}. Held out: {budget['held_out']} takes{new}. "
         f"{rows[0]['machine']}, commit {commits}."
     )
 
@@ -82,9 +81,9 @@ def _lag(rows: list[dict[str, Any]]) -> str:
     lines = "".join(f"| {row['variant']} | {row['error_mm']:.1f} | {row['trained_mm']:.1f} |\n" for row in shown)
     return f"""
 ## The lag network, {epochs} epochs of {shown[0]["frames"]:,} frames
-{_made(rows)} Skinning softly: {shown[0]["skinned_mm"]:.1f} mm, mean over frames. The paper has no counterpart.
+{_made(rows)} Soft skinning has {shown[0]["skinned_mm"]:.1f} mm, averaged over frames. The paper has no counterpart.
 
-| what it is told, and how it learns | held out, mm | learned, mm |
+| variant | held out, mm | training, mm |
 |---|---|---|
 {lines}"""
 
@@ -101,8 +100,9 @@ def _graph(found: list[dict[str, Any]], beside: str) -> str:
     )
     return f"""
 ## The graph network, {epochs} epochs of {GROUP} frames
-{_made(found)} Its coarse predictor with lean sizes, which begins as skinning: {found[0]["skinned_mm"]:.1f} mm, mean
-over garments and bodies. The paper trains for five days on two GPUs, on a set of its own. {left}{beside}
+{_made(found)} These are errors of the coarse predictor with lean sizes. It begins as skinning with
+{found[0]["skinned_mm"]:.1f} mm, averaged over garments and bodies. The paper trains for five days on two GPUs, on a set
+of its own. {left}{beside}
 
 ### Table I: the descriptor
 {head}{first}
@@ -112,10 +112,13 @@ over garments and bodies. The paper trains for five days on two GPUs, on a set o
 {_errors(rows, FIG_9)}
 ### Lag features, which the paper does not have
 {_errors(rows, {PLAIN: "", "no lag features": ""})}{_terms(rows, epochs)}
-One seed: a variant gets worse by up to {_rise(found):.1f} mm from one epoch to the next, so that differences
-smaller than that say little. After each epoch, held out, mm:
-{"; ".join(_curve(rows[name]) for name in GRAPH if name in rows)}.
-"""
+With one seed, a variant gets worse by up to {_rise(found):.1f} mm from one epoch to the next, so that smaller
+differences say little.
+
+### Held-out error after each epoch, mm
+| variant | {" | ".join(map(str, range(1, epochs + 1)))} |
+{"|---" * (1 + epochs)}|
+{"".join(_curve(rows[name]) for name in GRAPH if name in rows)}"""
 
 
 def _name(name: str) -> str:
@@ -144,9 +147,9 @@ def _terms(rows: dict[str, dict[str, Any]], epochs: int) -> str:
     )
     return f"""
 ### Table II: the collision loss only
-The plain one goes on for {max(1, epochs // 3)} epoch with other terms of the loss. Inside: vertices inside the body, as
-the network says and after Eq. 10, without the projection. The paper: collision loss only 0.97 % (T-shirt), 0.61 %
-(dress), 1.18 % (jumpsuit); with Eq. 10 0.12, 0.07, 0.15 %.
+The plain network continues for {max(1, epochs // 3)} epoch with other terms of the loss. Vertices inside the body are
+counted for the network alone and after Eq. 10, without our projection. In the paper, the collision loss alone leaves
+0.97 % of a T-shirt, 0.61 % of a dress and 1.18 % of a jumpsuit inside; with Eq. 10 these are 0.12, 0.07 and 0.15 %.
 
 | loss | mean, mm | normals, degrees | inside, % | inside after Eq. 10, % |
 |---|---|---|---|---|
@@ -154,16 +157,17 @@ the network says and after Eq. 10, without the projection. The paper: collision 
 
 
 def _rise(rows: list[dict[str, Any]]) -> float:
-    """The largest by which a curve rises from one epoch to the next [mm]."""
+    """Returns the largest rise of a curve from one epoch to the next [mm]."""
     return max(now - before for row in rows for before, now in pairwise(row["curve_mm"]))
 
 
 def _curve(row: dict[str, Any]) -> str:
-    return f"{row['variant']} {', '.join(f'{each:.1f}' for each in row['curve_mm'][1:])}"
+    """Returns a line of the table of curves."""
+    return f"| {row['variant']} | {' | '.join(f'{each:.1f}' for each in row['curve_mm'][1:])} |\n"
 
 
 def main() -> None:
-    """Read, write."""
+    """Reads the rows and writes the page."""
     PAGE.write_text(page([json.loads(line) for line in ROWS.read_text().splitlines()]))
 
 

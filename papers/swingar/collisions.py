@@ -1,12 +1,12 @@
-"""SwinGar's neural distance and collision handling: `python -m papers.swingar.collisions [MODEL ...]`.
+"""Evaluates SwinGar's neural distance and collision handling: `python -m papers.swingar.collisions [MODEL ...]`.
 
-First the error of the distance around bodies in poses of subjects that are in no training, within and beyond the shapes
-that it was trained on, beside plain baselines; each MODEL, a file of `hemline.models.make.neural_sdf`, is one more row.
-Then Tables II and III: light garments carried by plain skinning in clips of those subjects, out of the body by Eq. 10
-and by its two baselines. Needs the clips of ../shared/data/motion.
+First come errors of the distance around bodies in poses of test subjects, within and beyond the shapes of the training,
+beside plain baselines. Each MODEL, a file of `hemline.models.make.neural_sdf`, adds a row. Then come Tables II and III:
+light garments carried by plain skinning in clips of those subjects and pushed out of the body by Eq. 10 and by its two
+baselines. The clips of ../shared/data/motion are needed.
 
-One JSON line goes to benchmarks/results/swingar_collisions.jsonl; the page papers/swingar/pages/collisions.md and its picture
-are written anew.
+Appends a JSON line to benchmarks/results/swingar_collisions.jsonl, and writes the page
+papers/swingar/pages/collisions.md with its picture.
 """
 
 import json
@@ -23,14 +23,26 @@ from hemline import bodies, garments
 from hemline.bench.machine import commit, machine
 from hemline.collide import Projector, inside
 from hemline.collide.neural_sdf.exact import ExactDistance
-from hemline.collide.neural_sdf.handling import MovedGarment, Neighbours, push_out, push_out_by_scale, push_out_by_distance
+from hemline.collide.neural_sdf.handling import (
+    MovedGarment,
+    Neighbours,
+    push_out,
+    push_out_by_distance,
+    push_out_by_scale,
+)
 from hemline.collide.neural_sdf.inputs import condition
 from hemline.collide.neural_sdf.neural_sdf import NeuralSdf, load_neural_sdf
 from hemline.collide.primitives.proxy import BodyProxy
 from hemline.compiled import use_threads
 from hemline.learning.fit.distance_network import DistanceNetwork
 from hemline.metrics import laplacian_deviation
-from hemline.models.make.neural_sdf.samples import BETAS, Samples, clips_by_side, in_pelvis_frame, made
+from hemline.models.make.neural_sdf.samples import (
+    MAX_BETA,
+    DistanceSamples,
+    clips_by_side,
+    in_pelvis_frame,
+    sample_bodies,
+)
 from papers.swingar.collisions_page import PAGE, PICTURES, page, picture
 
 ROOT = Path(__file__).parents[2]
@@ -38,10 +50,11 @@ CLIPS = ROOT.parent / "shared" / "data" / "motion"
 RESULTS = ROOT / "benchmarks" / "results" / "swingar_collisions.jsonl"
 GARMENTS = ("tshirt-light", "dress-light", "skirt-light", "trousers-light")
 BODIES, BEYOND = 15, 4.0
-"""Posed bodies of each kind, and the largest beta of those beyond the training."""
+"""Number of posed bodies of each kind, and the largest beta of those beyond the training."""
 CLIPS_A_GARMENT, FRAMES = 6, 6
-"""Clips and frames a garment."""
+"""Numbers of clips and of frames of each garment."""
 NEAR = 0.01
+"""Distance from the skin within which signs and gradients are evaluated [m]."""
 BANDS = {
     "inside, deeper than 1 cm": (-np.inf, -NEAR),
     "within 1 cm": (-NEAR, NEAR),
@@ -50,35 +63,34 @@ BANDS = {
     "farther": (0.15, np.inf),
 }
 
-Way = Callable[[object, np.ndarray], np.ndarray]
-"""Distances of points to a posed body."""
+DistanceFunction = Callable[[object, np.ndarray], np.ndarray]
+"""Returns the distances of points to a posed body."""
 
 
 def nearest_vertex(posed, points: np.ndarray) -> np.ndarray:
-    """Distance to the nearest vertex of the body, signed by its normal [m]."""
+    """Returns distances to the nearest vertex of the body, signed by its normal [m]."""
     distances, nearest = KDTree(posed.vertices).query(points)
     behind = np.einsum("pc,pc->p", points - posed.vertices[nearest], posed.normals[nearest]) < 0
     return np.where(behind, -distances, distances)
 
 
 def rounded_cones(posed, points: np.ndarray) -> np.ndarray:
-    """Distance to the rounded cones of `BodyProxy` [m]."""
+    """Returns distances to the rounded cones of `BodyProxy` [m]."""
     return BodyProxy.fit(posed.shaped).distances(points, posed.transforms)[0]
 
 
-def posed_bodies(samples: Samples):
-    """Each posed body of the samples, in the frame of its pelvis."""
+def posed_bodies(samples: DistanceSamples):
+    """Yields each posed body of the samples, in the frame of its pelvis."""
     body = bodies.load("anny24")
     for betas, rotations in zip(samples.betas, samples.rotations, strict=True):
         shaped = body.shaped(betas)
         yield shaped.posed(in_pelvis_frame(shaped, rotations))
 
 
-def errors(samples: Samples, way: Way) -> dict[str, float]:
-    """Mean error by band [mm], and shares of wrong signs within a centimetre [percent]."""
-    found = np.concatenate(
-        [way(body, points) for body, points in zip(posed_bodies(samples), samples.points, strict=True)]
-    )
+def errors(samples: DistanceSamples, function: DistanceFunction) -> dict[str, float]:
+    """Returns the mean error of each band [mm], and wrong signs within a centimetre [%]."""
+    pairs = zip(posed_bodies(samples), samples.points, strict=True)
+    found = np.concatenate([function(body, points) for body, points in pairs])
     truth = samples.distances.reshape(-1)
     off = 1000 * np.abs(found - truth)
     near, clear = np.abs(truth) < NEAR, (np.abs(truth) < NEAR) & (np.abs(truth) > 0.002)
@@ -91,8 +103,8 @@ def errors(samples: Samples, way: Way) -> dict[str, float]:
     }
 
 
-def turned_deg(samples: Samples, model: NeuralSdf) -> float:
-    """Mean angle between the gradient and the true one within a centimetre of the skin [degrees]."""
+def turned_deg(samples: DistanceSamples, model: NeuralSdf) -> float:
+    """Returns the mean angle between the gradient and the true one within a centimetre of the skin [degrees]."""
     angles = []
     for posed, *row in zip(posed_bodies(samples), samples.points, samples.distances, samples.gradients, strict=True):
         points, truth, normals = row
@@ -104,7 +116,7 @@ def turned_deg(samples: Samples, model: NeuralSdf) -> float:
 
 
 def fastest_ms(work: Callable[[], object], turns: int = 8) -> float:
-    """Least time of several turns [ms]: what else runs on the machine only adds to it."""
+    """Returns the least time of several runs [ms]; other work on the machine only adds to it."""
     work()
     found = []
     for _ in range(turns):
@@ -114,14 +126,14 @@ def fastest_ms(work: Callable[[], object], turns: int = 8) -> float:
     return min(found)
 
 
-def times(model: NeuralSdf, samples: Samples) -> dict[str, float]:
-    """Milliseconds a frame of 1,000 points, all that depends on the pose included but the skinning of the body."""
+def times(model: NeuralSdf, samples: DistanceSamples) -> dict[str, float]:
+    """Measures a frame of 1,000 points with everything that depends on the pose, without skinning the body [ms]."""
     posed, points = next(iter(posed_bodies(samples))), samples.points[0, :1000]
     _ = posed.vertices, posed.normals
     body = posed.shaped.body
     read = len(condition(posed.shaped.betas, posed.pose.rotations))
-    wide = DistanceNetwork.drawn(model.inputs, width=512, condition=read, seed=0)
-    wide = wide.rounded((body.name, body.hash), model.beta_range, {})
+    wide = DistanceNetwork.initialize(model.inputs, width=512, condition=read, seed=0)
+    wide = wide.to_neural_sdf((body.name, body.hash), model.beta_range, {})
     return {
         "neural, value": fastest_ms(lambda: model.at(posed).signed_distances(points)),
         "neural, value and gradient": fastest_ms(lambda: model.at(posed).with_gradients(points)),
@@ -135,31 +147,36 @@ def times(model: NeuralSdf, samples: Samples) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Known:
-    """A distance that was asked once, at all vertices of a frame."""
+    """A distance that was evaluated at all vertices of a frame."""
 
     distances: np.ndarray
     gradients: np.ndarray
 
     def signed_distances(self, points: np.ndarray) -> np.ndarray:
-        """At all vertices [m]."""
+        """Returns the distances of all vertices [m]."""
         return self.distances
 
     def with_gradients(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """At the vertices inside [m]."""
+        """Returns distances [m] and gradients of the vertices inside."""
         inside = self.distances < 0
         return self.distances[inside], self.gradients[inside]
 
 
 def carried(garment, shaped) -> Callable[[object], np.ndarray]:
-    """The garment by plain skinning: the weights of the nearest vertex of the body at rest."""
+    """Returns a function that skins the garment with the weights of the nearest vertices of the body at rest."""
     rest = garment.dressed(shaped).vertices
     nearest = KDTree(shaped.vertices).query(rest)[1]
     indices, weights = shaped.body.weight_indices[nearest], shaped.body.weights[nearest]
     return lambda posed: bodies.skin_points(posed.transforms, indices, weights, rest)
 
 
-def ways_out(vertices: np.ndarray, distance, neighbours: Neighbours) -> dict[str, MovedGarment]:
-    """Eq. 10; one distance, a millimetre more than the deepest; the scale that moves as far as Eq. 10 on the mean."""
+def corrections(vertices: np.ndarray, distance, neighbours: Neighbours) -> dict[str, MovedGarment]:
+    """Pushes vertices out of the body in three ways.
+
+    Returns:
+        Eq. 10; `TailorNet`, one distance for all, a millimetre more than the deepest vertex; `ReFU`, a scale of the
+        depths that moves vertices as far on average as Eq. 10 does.
+    """
     ours = push_out(vertices, distance, neighbours)
     signed = distance.signed_distances(vertices)
     if not ours.moved.any():
@@ -174,7 +191,7 @@ def ways_out(vertices: np.ndarray, distance, neighbours: Neighbours) -> dict[str
 
 
 def garment_rows(name: str, model: NeuralSdf, clips, seed: int) -> tuple[dict, dict, tuple]:
-    """Means over frames: Table II's shares inside [percent], Table III's deviations, and the frame with most inside."""
+    """Returns means over frames of Table II, vertices inside [%], and of Table III, deviations; and the worst frame."""
     garment, body, random = garments.load(name), bodies.load("anny24"), np.random.default_rng(seed)
     neighbours = Neighbours.of(garment.vertices, garment.faces)
     shares: dict[str, list[float]] = {}
@@ -185,13 +202,13 @@ def garment_rows(name: str, model: NeuralSdf, clips, seed: int) -> tuple[dict, d
         motion, carry = shaped.placed(clip), carried(garment, shaped)
         projector = Projector.prepare(shaped, garment.dressed(shaped).vertices, garment.faces)
         for frame in np.linspace(0, len(motion) - 1, 2 + FRAMES // CLIPS_A_GARMENT).astype(int)[1:-1]:
-            posed = shaped.posed(shaped.untangled(motion[int(frame)]))
+            posed = shaped.posed(shaped.untangle(motion[int(frame)]))
             vertices = carry(posed)
             sunk = inside(posed.vertices, posed.faces, vertices)
             frame_shares = {"before": sunk.mean()}
             for kind, asked in (("neural", model.at(posed)), ("exact", ExactDistance.of(posed))):
                 distance = Known(*asked.with_gradients(vertices))
-                for way, found in ways_out(vertices, distance, neighbours).items():
+                for way, found in corrections(vertices, distance, neighbours).items():
                     frame_shares[f"{way}, {kind}"] = inside(posed.vertices, posed.faces, found.vertices).mean()
                     moved = laplacian_deviation(vertices, found.vertices, garment.faces, found.moved)
                     if np.isfinite(moved):
@@ -211,14 +228,15 @@ def garment_rows(name: str, model: NeuralSdf, clips, seed: int) -> tuple[dict, d
 
 
 def main() -> None:
+    """Measures everything and writes the page."""
     use_threads(1)
     model, body = load_neural_sdf(), bodies.load("anny24")
     if not CLIPS.is_dir():
         sys.exit(f"{CLIPS} is missing: clips of held-out subjects are needed")
     clips = clips_by_side(CLIPS)["test"]
-    known = made(body, clips, BODIES, np.random.default_rng(7))
-    beyond = made(body, clips, BODIES, np.random.default_rng(8), largest=BEYOND)
-    rows: dict[str, Way] = {"shipped": lambda posed, points: model.at(posed).signed_distances(points)}
+    known = sample_bodies(body, clips, BODIES, np.random.default_rng(7))
+    beyond = sample_bodies(body, clips, BODIES, np.random.default_rng(8), largest=BEYOND)
+    rows: dict[str, DistanceFunction] = {"shipped": lambda posed, points: model.at(posed).signed_distances(points)}
     trials = {Path(name).stem: load_neural_sdf(name) for name in sys.argv[1:]}
     for name, trial in trials.items():
         rows[name] = lambda posed, points, trial=trial: trial.at(posed).signed_distances(points)
@@ -229,7 +247,7 @@ def main() -> None:
         "date": time.strftime("%Y-%m-%d"),
         "model": dict(model.figures) | {"inputs": model.inputs, "width": model.width, "flops": model.flops()},
         "trials": {n: dict(t.figures) | {"inputs": t.inputs, "width": t.width} for n, t in trials.items()},
-        "largest_beta": {"known": BETAS, "beyond": BEYOND},
+        "largest_beta": {"known": MAX_BETA, "beyond": BEYOND},
         "bodies": BODIES,
         "frames": FRAMES,
         "known": {name: errors(known, way) for name, way in rows.items()},

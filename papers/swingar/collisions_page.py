@@ -1,4 +1,4 @@
-"""The page and the picture of `collisions.py`."""
+"""Writes the page and the picture of `collisions.py`."""
 
 from pathlib import Path
 
@@ -18,64 +18,62 @@ PAPER = {  # inside before, SSCH, after; TailorNet, ReFU, Eq. 10
 TEXT = """\
 # Neural distance and collision handling
 
-Written by `python -m papers.swingar.collisions{trials}` at commit {commit}, on {machine}, one thread.
-The paper is Li et al., "SwinGar", 2023: Section III-D, Tables II and III. What is shipped: inputs `{inputs}`, {width}
-wide, trained on {bodies} posed bodies with {points} points each, {updates} steps of the optimiser; {value} floating
-point operations a point in the layers, {both} with the gradient.
+`python -m papers.swingar.collisions{trials}` wrote this page at commit {commit}, on {machine}, one thread. The paper is
+Li et al., "SwinGar", 2023: Section III-D, Tables II and III. The shipped network has the inputs `{inputs}` and a width
+of {width}. It was trained on {bodies} posed bodies with {points} points each, in {updates} steps of the optimiser. Its
+layers need {value} floating point operations for a point, {both} with the gradient.
 
 ## The distance
 
-Mean error in mm around {count} posed bodies, in poses of subjects that are in no training; betas within ±{known}, as
-in the training.
-Signs within 1 cm of the skin, and of those farther than 2 mm from it.
+Mean error in mm around {count} posed bodies, in poses of test subjects, with betas within ±{known} as in the training.
+Wrong signs are counted within 1 cm of the skin, and of those points once more for points farther than 2 mm from it.
 
 {known_table}
 
-The gradient is turned by {turned:.1f} degrees on the mean within 1 cm.
+Within 1 cm the mean angle of the gradient to the true one is {turned:.1f} degrees.
 
 ## Bodies beyond the training
 
-The same with betas up to ±{beyond}; the gradient is turned by {turned_beyond:.1f} degrees.
+With betas up to ±{beyond}, the mean angle of the gradient is {turned_beyond:.1f} degrees, and errors are:
 
 {beyond_table}
 
 ## Time
 
-Milliseconds a frame of 1,000 points, least of several turns beside other work; all that depends on the pose is in it
-but the skinning of the body.
+Time of a frame of 1,000 points in ms, the least of several runs beside other work. It includes everything that depends
+on the pose but the skinning of the body.
 
 {times}
 
 ## Table II: vertices inside, percent
 
-Light garments on random bodies (betas within ±2), carried by plain skinning in six clips of subjects that are in no
-training, {frames} frames each; each frame by itself,
-limbs lifted out of each other.
-Inside is where the winding number of the posed mesh exceeds 0.5, whatever distance moved the vertices. The paper's
-rows are of its own network's predictions: T-shirt, dress, jumpsuit.
+Light garments on random bodies (betas within ±2) are carried by plain skinning in six clips of test subjects, {frames}
+frames each. Each frame stands for itself, with limbs lifted out of each other. A vertex is inside if the winding number
+of the posed mesh exceeds 0.5, whatever distance moved it. The paper's rows are those of its own network's predictions:
+T-shirt, dress, jumpsuit.
 
 {inside}
 
-The projection comes after Eq. 10 with the neural distance; pinched vertices, which have no place outside nearby, are
-counted apart.
+The projection comes after Eq. 10 with the neural distance. Pinched vertices, which have no place outside nearby, are
+counted separately.
 
 ## Table III: local consistency
 
-Mean of |diag(L) - diag(L^C)| over the vertices moved, half-cotangent weights; smaller is better. TailorNet: all are
-moved by a millimetre more than the deepest is inside. ReFU: by one multiple
-of their depth, chosen in each frame so that the mean move is that of Eq. 10 (in their paper a network estimates it).
+Mean of |diag(L) - diag(L^C)| over the moved vertices, with half-cotangent weights; smaller is better. TailorNet moves
+all of them by a millimetre more than the deepest one is inside. ReFU moves them by a multiple of their depth, chosen in
+each frame so that the mean displacement is that of Eq. 10. In their paper a network estimates it.
 
 {deviation}
 
 ![the frames with most inside](collisions/worst.png)
 
-The frame of each garment with most vertices inside: carried by skinning, after Eq. 10 with the neural distance, after
-the projection.
+The frame of each garment with most vertices inside: carried by skinning, after Eq. 10 with the neural distance, and
+after the projection.
 """
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
-    """A table in Markdown."""
+    """Returns a table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
@@ -91,7 +89,7 @@ def _errors(found: dict[str, dict[str, float]], trials: dict[str, dict]) -> str:
 
 
 def page(result: dict) -> str:
-    """The page, in Markdown."""
+    """Returns the page in Markdown."""
     inside, deviation = [], []
     for name, shares in result["inside"].items():
         stated, found = PAPER[name], result["deviation"][name]
@@ -144,7 +142,7 @@ def page(result: dict) -> str:
 
 
 def picture(frames: list[tuple], path: Path) -> None:
-    """Garments before, after Eq. 10, after the projection; one row a garment."""
+    """Draws each garment before correction, after Eq. 10 and after the projection, one row for each."""
     rows = []
     for name, posed, faces, *states in frames:
         shown = [

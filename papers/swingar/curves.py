@@ -1,6 +1,6 @@
-"""Training curves of a fit as PNG and JSON: `python -m papers.swingar.curves CHECKPOINTS -o curves`.
+"""Draws the training curves of a fit as PNG and JSON: `python -m papers.swingar.curves CHECKPOINTS -o curves`.
 
-CHECKPOINTS is the folder that `hemline fit` keeps beside its model: a file for each stage of the training.
+CHECKPOINTS is the folder that `hemline fit` keeps beside its model, with a file for each stage of the training.
 """
 
 import argparse
@@ -13,7 +13,7 @@ from hemline.files import read_tensors
 
 
 def curves_of(folder: Path) -> dict[str, dict[str, list[float]]]:
-    """By stage: the validation loss at the start and after each epoch, the mean loss of the batches of each."""
+    """Reads the validation loss at the start and after each epoch, and the mean loss of each epoch, by stage."""
     found = {}
     for path in sorted(folder.glob("*.safetensors")):
         arrays, _ = read_tensors(path, "training", error=BadModel)
@@ -24,7 +24,7 @@ def curves_of(folder: Path) -> dict[str, dict[str, list[float]]]:
 
 
 def draw(curves: dict[str, dict[str, list[float]]], path: Path) -> None:
-    """Two plots of each stage: the validation loss, and that of the batches, which are not of one unit."""
+    """Draws two plots of each stage, validation loss and loss of the batches, which have different units."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -45,7 +45,7 @@ def draw(curves: dict[str, dict[str, list[float]]], path: Path) -> None:
 
 
 def main() -> None:
-    """Read, draw, write."""
+    """Reads checkpoints, and draws and writes the curves."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("checkpoints", type=Path)
     parser.add_argument("-o", "--out", type=Path, required=True, help="without an ending: .json and .png are written")

@@ -1,8 +1,8 @@
 """Which reach of affinity tells kinds of garments apart: `python -m papers.swingar.descriptor TAKES...`.
 
-TAKES are datasets of generated garments, whose names tell their kinds. For each reach, and for eigenvalues as they are
-or transformed, it is counted how often the nearest other garment is of the same kind. Even seeds choose, odd ones
-judge.
+TAKES are datasets of generated garments, whose names say their kinds. For each reach of the affinity and each transform
+of the eigenvalues it counts how often the nearest other garment is of the same kind. Even seeds choose the reach, odd
+seeds test it.
 """
 
 import argparse
@@ -30,7 +30,7 @@ NAME = re.compile(r"(?:close-)?([a-z]+)-(\d+)")
 
 
 def main() -> None:
-    """Print the shares."""
+    """Prints the fractions."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("takes", nargs="+", type=Path)
     kinds, seeds, distances = [], [], []
@@ -57,7 +57,7 @@ def main() -> None:
 
 
 def alike(values: np.ndarray, kind: np.ndarray) -> float:
-    """Share of garments whose nearest other one is of the same kind [%]."""
+    """Returns the fraction of garments whose nearest other one is of the same kind [%]."""
     apart = np.linalg.norm(values[:, None] - values[None], axis=2)
     np.fill_diagonal(apart, np.inf)
     return 100 * float((kind[apart.argmin(axis=1)] == kind).mean())

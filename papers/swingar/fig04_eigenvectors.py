@@ -1,7 +1,7 @@
-"""Fig. 4: the first six estimated eigenvectors of a garment: `python -m papers.swingar.fig04_eigenvectors`.
+"""Draws Fig. 4, the first six estimated eigenvectors of a garment: `python -m papers.swingar.fig04_eigenvectors`.
 
-Written to eigenvectors.png in the folder given, else in out/swingar. Below, a table of distances between the shipped
-garments' descriptors.
+Writes eigenvectors.png to the given folder, by default out/swingar, and prints a table of distances between the
+descriptors of the shipped garments.
 """
 
 import argparse
@@ -21,7 +21,7 @@ SIZE = (320, 480)
 
 
 def picture(name: str) -> np.ndarray:
-    """A garment six times, coloured by one eigenvector each, from its least value (pale) to its largest (dark)."""
+    """Draws a garment six times, coloured by an eigenvector from its least value (pale) to its largest (dark)."""
     garment = garments.load(name)
     found = eigenvectors(garment.vertices, garment.faces, Descriptor.of(garment.vertices, garment.faces))
     camera = frame_points(garment.vertices, "front", size=SIZE)
@@ -34,7 +34,7 @@ def picture(name: str) -> np.ndarray:
 
 
 def main() -> None:
-    """Draw the figure, print the table."""
+    """Draws the figure and prints the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", nargs="?", type=Path, default=Path("out/swingar"))
     parser.add_argument("--garment", default="dress-light")

@@ -1,9 +1,9 @@
-"""How long what the network missed at the beginning lasts: `python -m papers.swingar.lasting TAKES...`.
+"""Measures how long the network's error at the beginning persists: `python -m papers.swingar.lasting TAKES...`.
 
 TAKES are datasets that `python -m hemline.models.make.swingar_takes` made of garments that the model was not fitted to.
-Each take is played once, in the proxy alone; from what the network said in each frame follows what would have been
-shown had another share of what it missed when the simulation ended lasted, for another time. Prints the mean distance
-of vertices in mm over the frames after the lead-in, by class of garment.
+Each take is played once, as a proxy alone. From the predictions of each frame follows what would have been shown if
+another fraction of the error at the end of the simulation persisted for another time. Prints the mean distance of
+vertices over the frames after the lead-in [mm], by class of garment.
 """
 
 import argparse
@@ -13,20 +13,24 @@ import numpy as np
 
 import hemline
 from hemline import bodies
-from hemline.animators.coarse.displacement import TRANSIENT_SECONDS, SMOOTHING_SECONDS
+from hemline.animators.coarse.displacement import SMOOTHING_SECONDS, TRANSIENT_SECONDS
 from hemline.animators.coarse.model import CoarseAnimator
 from hemline.datasets import Dataset, Row, open_dataset
 from papers.swingar.unseen import LOOSE_MM, Rest
 
 SHARES, SECONDS = (0.3, 0.5, 0.7, 1.0), (2.0, 8.0, 20.0)
-WAYS = {"none lasts": (0.0, 1.0)} | {
+VARIANTS = {"none lasts": (0.0, 1.0)} | {
     f"{share:g} of it, {each:g} s": (share, each) for share in SHARES for each in SECONDS
 }
 
 
-def told(animator: CoarseAnimator, data: Dataset, row: Row) -> tuple[np.ndarray, ...]:
-    """What the network says and what is true in each frame from the end of the simulation on, in turned frames (frames,
-    verts, 3) [m]; where the simulation left the vertices; which frames count.
+def predictions(animator: CoarseAnimator, data: Dataset, row: Row) -> tuple[np.ndarray, ...]:
+    """Plays a take.
+
+    Returns:
+        Predicted and true displacements in each frame from the end of the simulation on, in the rotated frames of the
+        vertices (frames, verts, 3) [m]; displacements at the end of the simulation; whether each frame counts; the time
+        step [s].
     """
     shaped, take = bodies.load(data.garment.body_name).shaped(row.betas), data.take(row)
     dt, kept = 1 / take.motion.fps, animator.coarse[1]
@@ -49,7 +53,7 @@ def told(animator: CoarseAnimator, data: Dataset, row: Row) -> tuple[np.ndarray,
 
 
 def shown_mm(played: tuple[np.ndarray, ...], share: float, seconds: float) -> float:
-    """Mean distance of vertices if a share of what was missed lasted so long [mm]."""
+    """Returns the mean distance of vertices if a fraction of the error persisted with a time constant [mm]."""
     said, truth, lay, counts, dt = played
     missed, now, errors = lay - said[0], lay, []
     for frame, (here, true) in enumerate(zip(said, truth, strict=True)):
@@ -62,7 +66,7 @@ def shown_mm(played: tuple[np.ndarray, ...], share: float, seconds: float) -> fl
 
 
 def main() -> None:
-    """Play, print."""
+    """Plays all takes and prints the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("takes", type=Path, nargs="+")
     parser.add_argument("--model", default="lag")
@@ -73,16 +77,16 @@ def main() -> None:
         data = open_dataset(folder)
         worn = model.animator_for(data.garment, bodies.load(data.garment.body_name).shaped())
         for row in data.clips()[: asked.most]:
-            played = told(worn, data, row)
+            played = predictions(worn, data, row)
             shaped = bodies.load(data.garment.body_name).shaped(row.betas)
             gap = Rest(data.garment, shaped, data.rest(shaped.betas).vertices[0]).gap_mm
             kind = "loose" if gap > LOOSE_MM else "close-fitting"
             if played[3].any():
-                found.setdefault(kind, []).append([shown_mm(played, *way) for way in WAYS.values()])
+                found.setdefault(kind, []).append([shown_mm(played, *variant) for variant in VARIANTS.values()])
         print(data.garment.name, flush=True)
     for kind, rows in found.items():
         print(f"{kind}, {len(rows)} takes")
-        for name, mean in zip(WAYS, np.mean(rows, axis=0), strict=True):
+        for name, mean in zip(VARIANTS, np.mean(rows, axis=0), strict=True):
             print(f"  {name:<20}{mean:6.1f} mm")
 
 

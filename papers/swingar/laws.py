@@ -1,10 +1,10 @@
-"""What a network must do beside being near: `python -m papers.swingar.laws --model swingar`, some minutes.
+"""Tests laws that a network must obey: `python -m papers.swingar.laws --model swingar`, some minutes.
 
-Two histories, one pose (Fig. 6): a standing body sways forwards or backwards and passes one place at opposite speeds.
-How the garment differs between the two is compared with how the simulation's does, then again after the body has stood
-still for 65 frames. One garment in two resolutions: the T-shirt of 3,150 vertices and the same of 12,414.
-The network moves the garments from the first frame on: none is simulated at the beginning.
-The garments of the histories were in no fit. One JSON line goes to benchmarks/results/swingar_laws.jsonl.
+Two histories end in one pose (Fig. 6): a standing body sways forwards or backwards and passes one place at opposite
+velocities. The difference of the garment between the two is compared with that of the simulation, then again after the
+body has stood still for 65 frames. Two resolutions of one garment are compared: the T-shirt of 3,150 vertices and that
+of 12,414. The network moves the garments from the first frame on, without a simulation at the beginning. The garments
+of the histories are in no fit. Appends a JSON line to benchmarks/results/swingar_laws.jsonl.
 """
 
 import argparse
@@ -24,18 +24,18 @@ from hemline.sim import SimSettings, rest_drape, simulate
 
 RESULTS = Path(__file__).parents[2] / "benchmarks" / "results" / "swingar_laws.jsonl"
 SWAYS = 45
-"""Frames up to the one that is compared."""
+"""Number of frames up to the one that is compared."""
 HELD = 65
-"""Frames in which the pose is held then."""
-REACH, PERIOD = 0.25, 1.0
-"""How far the body sways [m], and how long one sway takes [s]."""
+"""Number of frames in which the pose is then held."""
+AMPLITUDE, PERIOD = 0.25, 1.0
+"""Amplitude [m] and period [s] of the swaying."""
 
 
 def swaying(body: ShapedBody, sign: float) -> Motion:
-    """The body in its rest pose, swaying; at frame `SWAYS` it passes where it began, and then stands still."""
+    """Returns a motion of the body in its rest pose. At frame `SWAYS` it is where it began, then it stands still."""
     rest = body.rest_pose
     seconds = (np.arange(SWAYS + 1) - SWAYS) / 30
-    way = sign * REACH * np.sin(2 * np.pi * seconds / PERIOD) * np.clip((seconds + SWAYS / 30) / 0.3, 0, 1)
+    way = sign * AMPLITUDE * np.sin(2 * np.pi * seconds / PERIOD) * np.clip((seconds + SWAYS / 30) / 0.3, 0, 1)
     way = np.concatenate([way, np.zeros(HELD)])
     translations = rest.translation + np.outer(way, [0, 0, 1])
     rotations = np.repeat(rest.rotations[None], len(way), axis=0)
@@ -43,7 +43,7 @@ def swaying(body: ShapedBody, sign: float) -> Motion:
 
 
 def played(animator: Animator, body: ShapedBody, motion: Motion) -> np.ndarray:
-    """All frames."""
+    """Plays a motion; returns the vertices of all frames [m]."""
     state, found = animator.start(body.posed(motion[0])), []
     for frame in range(len(motion)):
         state, vertices = animator.step(state, body.posed(motion[frame]), 1 / motion.fps)
@@ -56,12 +56,12 @@ GARMENTS = ("skirt:100@35", "dress:100@35", "top:100@35")
 
 
 def histories(model: str) -> dict[str, dict[str, float]]:
-    """Correlation of the difference fields, and their size [mm], at the pose and after it was held."""
+    """Returns the correlation of the difference fields, and their sizes at the pose and after it was held [mm]."""
     body = bodies.load("anny24").shaped()
     found = {}
     for name in GARMENTS:
         garment, _ = proxy_of(garments.load(name), ProxySize())
-        worn = hemline.load(model).beginning(0.0).animator_for(garment, body)
+        worn = hemline.load(model).with_simulated_start(0.0).animator_for(garment, body)
         rest = rest_drape(garment, body, SimSettings())
         ours, theirs = [], []
         for sign in (1.0, -1.0):
@@ -78,11 +78,11 @@ def histories(model: str) -> dict[str, dict[str, float]]:
 
 
 def resolutions(model: str) -> dict[str, float]:
-    """How far the T-shirt of 12,414 vertices is from that of 3,150, whose vertices are its first [mm]."""
+    """Returns the distance of the T-shirt of 12,414 vertices from that of 3,150, whose vertices are its first [mm]."""
     body, ends = bodies.load("anny24").shaped(), []
     motion = body.placed(motions.load("walk"))[:90]
     for name in ("tshirt-light", "tshirt"):
-        worn = hemline.load(model).beginning(0.0).animator_for(garments.load(name), body)
+        worn = hemline.load(model).with_simulated_start(0.0).animator_for(garments.load(name), body)
         ends.append(played(worn, body, motion))
     coarse, fine = ends
     apart = np.linalg.norm(coarse - fine[:, : coarse.shape[1]], axis=2)
@@ -90,7 +90,7 @@ def resolutions(model: str) -> dict[str, float]:
 
 
 def apart_mm(field: np.ndarray) -> float:
-    """Mean length."""
+    """Returns the mean length of vectors [mm]."""
     return 1e3 * float(np.linalg.norm(field, axis=1).mean())
 
 

@@ -1,11 +1,10 @@
-"""How far the simulation is from itself: the same garment in the same clip, simulated once more with one thing changed.
+"""Measures how far the simulation is from itself when a garment is simulated again with one thing changed.
 
     python -m papers.swingar.spread TAKES... -o benchmarks/results/swingar_spread.json
 
-TAKES are datasets that `python -m hemline.models.make.swingar_takes` made; the first take of each is simulated again:
-from another start (a lead-in of another length), in one substep more, and as another mesh of the same garment with
-fewer vertices, which is compared where both have a vertex. No error against such a truth can be told from these. Rows
-that are there are not made again.
+TAKES are datasets that `python -m hemline.models.make.swingar_takes` made. The first take of each is simulated again:
+from another start (a lead-in of another length), with one substep more, and as a mesh of fewer vertices, which is
+compared at common vertices. Smaller errors against this truth mean nothing. Rows that exist are not made again.
 """
 
 import argparse
@@ -26,11 +25,11 @@ from hemline.sim import SimSettings, simulate
 from papers.swingar.unseen import LOOSE_MM, Rest, apart_mm
 
 SHARE = 0.88
-"""Of the vertices that the other mesh keeps."""
+"""Fraction of the vertices that the other mesh keeps."""
 
 
 def changed(garment: Garment, settings: SimSettings) -> Iterator[tuple[str, Garment, np.ndarray, SimSettings]]:
-    """What is changed: its name, the garment, which vertices of the first one it has, the settings."""
+    """Yields the changes: a name, the garment, the ids of its vertices in the first garment, and the settings."""
     same = np.arange(len(garment.vertices))
     yield "another start", garment, same, replace(settings, lead_in=2 * settings.lead_in)
     yield "one substep more", garment, same, replace(settings, substeps=settings.substeps + 1)
@@ -38,7 +37,7 @@ def changed(garment: Garment, settings: SimSettings) -> Iterator[tuple[str, Garm
 
 
 def spread(data: Dataset, settings: SimSettings) -> dict[str, Any]:
-    """The row of one garment."""
+    """Returns the row of one garment."""
     row = data.clips()[0]
     body, take = bodies.load(data.garment.body_name), data.take(row)
     shaped, garment = body.shaped(row.betas), data.garment
@@ -55,14 +54,14 @@ def spread(data: Dataset, settings: SimSettings) -> dict[str, Any]:
 
 
 def means(take: Take, again: Take, kept: np.ndarray) -> dict[str, float]:
-    """Mean distance of vertices, and the largest of a frame [mm]; of the frames that both have."""
+    """Returns the mean distance of vertices and the largest mean of a frame [mm], over common frames."""
     frames = zip(take.clip_frames, again.clip_frames, strict=False)
     errors = [apart_mm(again.vertices[there], take.vertices[here][kept]) for here, there in frames]
     return {"mean_mm": float(np.mean(errors)), "worst_frame_mm": float(np.max(errors))}
 
 
 def main() -> None:
-    """Simulate, print, write."""
+    """Simulates all garments, prints and writes the rows."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("takes", nargs="+", type=Path)
     parser.add_argument("-o", "--output", type=Path, required=True)

@@ -1,7 +1,7 @@
-"""How fast SwinGar's network trains and plays on this machine: `python -m papers.swingar.throughput`.
+"""Measures how fast SwinGar's network trains and plays on this machine: `python -m papers.swingar.throughput`.
 
-Weights are random, the garment is a sheet of 1,000 vertices. Times of one thread are CPU time, the least of some runs,
-so that other work on the machine does not count; those of more threads are wall time.
+Weights are random, and the garment is a sheet of 1,000 vertices. Times of one thread are CPU times, the least of some
+runs, so that other work on the machine does not count. Those of more threads are wall times.
 """
 
 import argparse
@@ -16,26 +16,26 @@ import torch
 
 from hemline.animators.swingar.estimator_config import EstimatorConfig
 from hemline.animators.swingar.fit.estimator import Estimator, cost
-from hemline.animators.swingar.fit.fit_graph import DISPLACEMENT
-from hemline.animators.swingar.graph_inputs import STATE_TOLD, TOLD
+from hemline.animators.swingar.fit.fit_graph import DISPLACEMENT_WIDTH
+from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX_FEATURES
 from hemline.animators.swingar.runtime import RuntimeEstimator
 from hemline.compiled import use_threads
 from tests.animators.swingar.swingar_samples import graph_of, inputs
 
 FRAMES = 10
-FEATURES = {"told": TOLD, "state_told": STATE_TOLD, "displacement": DISPLACEMENT}
+FEATURES = {"told": VERTEX_FEATURES, "state_told": STATE_FEATURES, "displacement": DISPLACEMENT_WIDTH}
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "MALLOC_MMAP_MAX_": "0",
     "MALLOC_TOP_PAD_": "500000000",
     "MALLOC_TRIM_THRESHOLD_": "100000000000",
 }
-"""One thread of BLAS, whose waiting threads would count; of glibc: memory that was given back is kept, so that no page
-of it is cleared again."""
+"""One thread of BLAS, since waiting threads would count; and a glibc that keeps freed memory, since clearing pages of
+new memory would count."""
 
 
 def least(runs: int, clock: Callable[[], float], *steps: Callable[[], object]) -> list[float]:
-    """Least time of each of some steps that are done one after the other [s]."""
+    """Returns the least time of each of some consecutive steps [s]."""
     found = []
     for _ in range(runs):
         times = [clock()]
@@ -47,7 +47,7 @@ def least(runs: int, clock: Callable[[], float], *steps: Callable[[], object]) -
 
 
 def training(config: EstimatorConfig, rows: int, columns: int, runs: int) -> dict[str, float]:
-    """Milliseconds a frame of each part of the training, and frames a second of both stages."""
+    """Measures each part of the training [ms a frame] and both stages [frames/s]."""
     graph = graph_of(rows, columns)
     estimator = Estimator(config)
     t = {name: torch.from_numpy(each) for name, each in inputs(config, rows * columns, FRAMES).items()}
@@ -81,7 +81,7 @@ def training(config: EstimatorConfig, rows: int, columns: int, runs: int) -> dic
 
 
 def playing(config: EstimatorConfig, rows: int, columns: int, runs: int, threads: int) -> dict[str, float]:
-    """Milliseconds of a frame that is played, part by part."""
+    """Measures the parts of a played frame [ms]."""
     use_threads(threads)
     graph, given = graph_of(rows, columns), inputs(config, rows * columns, 1)
     arrays = {name: each.detach().numpy() for name, each in Estimator(config).state_dict().items()}
@@ -97,7 +97,7 @@ def playing(config: EstimatorConfig, rows: int, columns: int, runs: int, threads
 
 
 def main() -> None:
-    """Print all figures."""
+    """Prints all figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rows", type=int, default=25)
     parser.add_argument("--columns", type=int, default=40)
@@ -125,5 +125,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     if any(name not in os.environ for name in ENVIRONMENT):
-        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | ENVIRONMENT)
+        command = [sys.executable, "-m", "papers.swingar.throughput", *sys.argv[1:]]
+        os.execve(sys.executable, command, os.environ | ENVIRONMENT)
     main()

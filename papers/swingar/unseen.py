@@ -1,11 +1,11 @@
-"""How far models are from the simulation on garments that they were not fitted to, by class of garment.
+"""Measures how far models are from the simulation on garments that they were not fitted to, by class of garment.
 
     python -m papers.swingar.unseen TAKES... --model swingar --model lag --model live \\
         -o benchmarks/results/unseen.json
 
-TAKES are datasets that `python -m hemline.models.make.swingar_takes` made of garments, subjects and bodies apart.
-Beside each model: the settled garment skinned with the weights of the nearest skin, with the soft weights of `lag` and
-`swingar`, and carried rigidly with the key joint. Models are judged as the player shows them, projection and all.
+TAKES are datasets of test garments, subjects and bodies that `python -m hemline.models.make.swingar_takes` made. The
+baselines are the settled garment skinned with the weights of the nearest skin, skinned with the soft weights of `lag`
+and `swingar`, and carried rigidly with the key joint. Models are evaluated as the player shows them, with projection.
 """
 
 import argparse
@@ -33,12 +33,12 @@ from hemline.playback.tally import Tally
 LOOSE_MM = 25.0
 """Mean distance to the skin at rest from which a garment counts as loose."""
 EVERY = 2
-"""Frames from one that baselines are judged in to the next."""
+"""Interval between the frames in which baselines are evaluated."""
 
 
 @dataclass(frozen=True)
 class Rest:
-    """A garment settled on a body, and the ways of carrying it without any learning."""
+    """A garment settled on a body, with the baselines that carry it along."""
 
     garment: Garment
     shaped: ShapedBody
@@ -46,12 +46,12 @@ class Rest:
 
     @property
     def gap_mm(self) -> float:
-        """Mean distance to the skin."""
+        """Mean distance from the skin [mm]."""
         skin = ClosestTree(self.shaped.vertices, self.shaped.body.faces)
         return 1e3 * float(skin.closest(self.vertices).distances.mean())
 
     def errors_mm(self, take: Take) -> dict[str, list[float]]:
-        """Error of every other frame, by way of carrying."""
+        """Returns the errors of the baselines in every other frame [mm]."""
         body, soft = self.shaped.body, soft_weights(self.vertices, self.shaped)
         near = ClosestTree(self.shaped.vertices, body.faces).closest(self.vertices)
         nearest = body.faces[near.faces, near.weights.argmax(axis=1)]
@@ -67,14 +67,16 @@ class Rest:
 
 
 def apart_mm(one: np.ndarray, other: np.ndarray) -> float:
-    """Mean distance of vertices."""
+    """Returns the mean distance of vertices [mm]."""
     return 1e3 * float(np.linalg.norm(one.astype(np.float64) - other, axis=1).mean())
 
 
-def judged(data: Dataset, models: dict[str, Any], most: int) -> dict[str, Any]:
-    """The row of one garment."""
+def evaluate_garment(data: Dataset, models: dict[str, Any], most: int) -> dict[str, Any]:
+    """Returns the row of one garment."""
     garment, clips = data.garment, data.clips()[:most]
-    worn = {name: model.animator_for(garment, bodies.load(garment.body_name).shaped()) for name, model in models.items()}
+    worn = {
+        name: model.animator_for(garment, bodies.load(garment.body_name).shaped()) for name, model in models.items()
+    }
     figures: dict[str, list[dict[str, float]]] = {name: [] for name in worn}
     carried: dict[str, list[float]] = {}
     gaps = []
@@ -85,7 +87,7 @@ def judged(data: Dataset, models: dict[str, Any], most: int) -> dict[str, Any]:
         for name, errors in rest.errors_mm(take).items():
             carried.setdefault(name, []).extend(errors)
         for name, animator in worn.items():
-            figures[name].append(played(animator, shaped, take))
+            figures[name].append(evaluate_take(animator, shaped, take))
     return {
         "garment": garment.name,
         "class": "loose" if np.mean(gaps) > LOOSE_MM else "close-fitting",
@@ -100,12 +102,12 @@ def judged(data: Dataset, models: dict[str, Any], most: int) -> dict[str, Any]:
 
 
 def means(rows: list[dict[str, float]]) -> dict[str, float]:
-    """Of takes."""
+    """Averages figures over takes."""
     return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
 
 
-def played(animator: Animator, shaped: ShapedBody, take: Take) -> dict[str, float]:
-    """What the player shows of a take, in numbers; the take begins with the way into its first pose."""
+def evaluate_take(animator: Animator, shaped: ShapedBody, take: Take) -> dict[str, float]:
+    """Returns figures of a take as the player shows it. Frames of the lead-in do not count."""
     tally = Tally(animator)
     for index, frame in enumerate(play(animator, shaped, take.motion, fps=None, placed=True, pre_roll=0.0)):
         if not take.lead_in[index]:
@@ -130,7 +132,7 @@ def played(animator: Animator, shaped: ShapedBody, take: Take) -> dict[str, floa
 
 
 def summary(rows: list[dict[str, Any]]) -> str:
-    """A table of classes, each garment weighing as much as it has frames."""
+    """Returns a table of classes; garments are weighted by their numbers of frames."""
     lines = []
     for kind in ("close-fitting", "loose"):
         of_kind = [row for row in rows if row["class"] == kind]
@@ -141,14 +143,14 @@ def summary(rows: list[dict[str, Any]]) -> str:
         def mean(values: list[float], frames: list[int] = frames) -> str:
             return f"{np.average(values, weights=frames):.1f}"
 
-        said = {name: mean([row["carried_mm"][name] for row in of_kind]) for name in of_kind[0]["carried_mm"]}
-        said |= {name: mean([row["models"][name]["error_mm"] for row in of_kind]) for name in of_kind[0]["models"]}
-        lines.append(f"{kind}: {len(of_kind)} garments, {sum(frames)} frames, mm: {said}")
+        errors = {name: mean([row["carried_mm"][name] for row in of_kind]) for name in of_kind[0]["carried_mm"]}
+        errors |= {name: mean([row["models"][name]["error_mm"] for row in of_kind]) for name in of_kind[0]["models"]}
+        lines.append(f"{kind}: {len(of_kind)} garments, {sum(frames)} frames, mm: {errors}")
     return "\n".join(lines)
 
 
 def main() -> None:
-    """Judge, print, write."""
+    """Evaluates all garments, prints and writes the rows."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("takes", nargs="+", type=Path)
     parser.add_argument("--model", action="append", default=[])
@@ -157,7 +159,7 @@ def main() -> None:
     given = parser.parse_args()
     models, rows = {Path(name).stem: load(name) for name in given.model}, []
     models |= {
-        f"{name}, begins skinned": each.beginning(0.0)
+        f"{name}, begins skinned": each.with_simulated_start(0.0)
         for name, each in models.items()
         if each.name in ("lag", "swingar")
     }
@@ -168,7 +170,7 @@ def main() -> None:
                 continue
         except BadDataset:
             continue
-        rows.append(judged(data, models, given.most))
+        rows.append(evaluate_garment(data, models, given.most))
         errors = rows[-1]["carried_mm"] | {name: each["error_mm"] for name, each in rows[-1]["models"].items()}
         print(rows[-1]["garment"], rows[-1]["class"], {name: round(mm, 1) for name, mm in errors.items()}, flush=True)
         if given.output:

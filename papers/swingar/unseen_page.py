@@ -1,7 +1,7 @@
-"""Write papers/swingar/pages/unseen.md: `python -m papers.swingar.unseen_page`, from what others measured.
+"""Writes papers/swingar/pages/unseen.md from earlier results: `python -m papers.swingar.unseen_page`.
 
-benchmarks/results/unseen.json is of `unseen.py`, unseen_bodies.json, too, on takes on bodies beyond the training, and
-swingar_spread.json of `spread.py`.
+`unseen.py` writes benchmarks/results/unseen.json, and unseen_bodies.json from takes on bodies beyond the training.
+`spread.py` writes swingar_spread.json.
 """
 
 import json
@@ -12,60 +12,64 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results"
 PAGE = ROOT / "papers" / "swingar" / "pages" / "unseen.md"
-WAYS = ("carried rigidly", "skinned", "skinned softly")
+BASELINES = ("carried rigidly", "skinned", "skinned softly")
 FIGURES = {
     "normal_deg": ("error of normals, degrees (paper: 7.53)", 1),
-    "jerk_ratio": ("jerk, of the truth's", 2),
+    "jerk_ratio": ("jerk, relative to the simulation", 2),
     "stretch_p99_percent": ("stretch p99, %", 1),
-    "truth_stretch_p99_percent": ("the truth's, %", 1),
-    "inside_before_percent": ("inside before the projection, %", 2),
-    "inside_percent": ("inside, not pinched, %", 2),
+    "truth_stretch_p99_percent": ("stretch p99 of the simulation, %", 1),
+    "inside_before_percent": ("inside before projection, %", 2),
+    "inside_percent": ("inside and not pinched, %", 2),
 }
-HEAD = """# Garments never seen
+HEAD = """# Unseen garments
 
-Garments, subjects and bodies that no fit has seen: meshes of other people's (GarmentCode, Style3D, MakeHuman), tried
-on, and random designs of seeds apart, on random bodies, in clips of other subjects; simulated by
-`python -m hemline.models.make.swingar_takes` ([the command](../../src/hemline/models/README.md#lag)), judged by
-`python -m papers.swingar.unseen`, as the player shows them.
-Mean distance of vertices from the simulation in mm. Beside each model the settled garment *carried rigidly* with the
-key joint, *skinned* with the weights of the nearest skin, and *skinned softly* as `lag` and `swingar` do before they
-learn. A garment counts as loose where it lies more than 25 mm from the skin in the mean. *The weights before* are those
-that shipped until then, played by the same code. Takes are four seconds long: what the network is told of the beginning
+No fit has seen these garments, subjects and bodies: meshes that others made (GarmentCode, Style3D, MakeHuman) and
+random designs with seeds of their own, on random bodies, in clips of test subjects. They were simulated by
+`python -m hemline.models.make.swingar_takes` ([the command](../../../src/hemline/models/README.md#lag)) and evaluated
+by `python -m papers.swingar.unseen`, as the player shows them.
+
+Errors are mean distances of vertices from the simulation in mm. The baselines are the settled garment *carried rigidly*
+with the key joint, *skinned* with the weights of the nearest skin, and *skinned softly* as `lag` and `swingar` do
+before they learn. A garment counts as loose if its mean distance from the skin is more than 25 mm. *The weights before*
+are those that shipped before, played by the same code. Takes are four seconds long, so that the simulated beginning
 counts for more in them than minutes later.
 
-What is asked of this: close-fitting 20 mm and better than skinning; loose 45 mm, 40 % below skinning. The paper reports
-19.0 mm and 7.53 degrees on its own test set of 15 garments, with networks trained for five days on two GPUs. The truth
-is not unique: the last rows of the table say how far it is from itself, [simulated twice](#the-truth-simulated-twice).
+The goals are 20 mm and less than skinning for close-fitting garments, and 45 mm and 40 % less than skinning for loose
+ones. The paper reports 19.0 mm and 7.53 degrees on its own test set of 15 garments, with networks trained for five days
+on two GPUs. The simulation is not unique: the last rows of the table say how far it is from itself
+([repeated simulations](#repeated-simulations)).
 
 """
 SPREAD = """
-## The truth, simulated twice
+## Repeated simulations
 
-The same garment in the same clip on the same body, simulated once more with one thing changed by
-`python -m papers.swingar.spread TAKES...`: from another start (a lead-in twice as long), in one substep
-more, and as another mesh of the garment with 12 % fewer vertices. Mean distance of vertices in mm, in brackets that of
-the worst frame. An error as large as this says nothing against a model.
+`python -m papers.swingar.spread TAKES...` simulates the same garment in the same clip on the same body again with one
+thing changed: from another start (a lead-in twice as long), with one substep more, and as another mesh of the garment
+with 12 % fewer vertices. Mean distance of vertices in mm, with that of the worst frame in brackets. An error as large
+as this says nothing against a model.
 
 """
 BODIES = """
 ## Bodies beyond the training
 
-The weights that ship, on bodies whose first two betas are {betas}, the others 0; those of the training
-are drawn with a standard deviation of 1. Takes: `swingar_takes ... --betas=3,3 --betas=-3,-3`, the first of each
-garment on the first body: {takes}. The paper shows no such bodies.
+The shipped weights, on bodies whose first two betas are {betas} and whose other betas are 0. Betas of the training are
+drawn with a standard deviation of 1. Takes are those of `swingar_takes ... --betas=3,3 --betas=-3,-3`, the first of
+each garment on the first body: {takes}. The paper shows no such bodies.
 
 """
 
 
 def main() -> None:
-    """Write the page."""
+    """Writes the page."""
     made, beyond, twice = (_read(name) for name in ("unseen", "unseen_bodies", "swingar_spread"))
     rows, bodies = made["rows"], beyond["rows"]
     lines = [*_table(rows), *_classes(rows), *_spread_rows(twice["rows"], len(rows[0]["models"]))]
-    page = HEAD + "\n".join([*lines, "", "## What is seen", "", *_seen(rows)]) + "\n"
+    page = HEAD + "\n".join([*lines, "", "## Kinds of errors", "", *_error_table(rows)]) + "\n"
     page += _foot(made, f"{made['threads']} threads, ") + SPREAD + "\n".join(_spread(twice["rows"])) + "\n"
     page += _foot(twice, "1 thread, ") + _beyond(bodies)
-    page += "\n".join([*_table(bodies), "", *_seen(bodies)]) + "\n" + _foot(beyond, f"{beyond['threads']} threads, ")
+    page += (
+        "\n".join([*_table(bodies), "", *_error_table(bodies)]) + "\n" + _foot(beyond, f"{beyond['threads']} threads, ")
+    )
     PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(page)
 
@@ -80,21 +84,22 @@ def _read(name: str) -> dict:
 
 
 def _foot(made: dict, threads: str) -> str:
-    return f"\nMeasured on {made['machine']}, {threads}commit {made['commit']}.\n"
+    return f"\n{made['machine']}, {threads}commit {made['commit']}.\n"
 
 
 def _table(rows: list[dict]) -> list[str]:
-    """A line a garment."""
+    """Returns a line for each garment."""
     models = list(rows[0]["models"])
-    lines = ["| garment | class | from the skin, mm | frames | " + " | ".join((*WAYS, *models)) + " | most like |"]
-    lines.append("|---" * (5 + len(WAYS) + len(models)) + "|")
+    head = "| garment | class | distance from the skin, mm | frames | "
+    lines = [head + " | ".join((*BASELINES, *models)) + " | most similar in the fit |"]
+    lines.append("|---" * (5 + len(BASELINES) + len(models)) + "|")
     for row in sorted(rows, key=lambda each: (each["class"], each["garment"])):
         lines.append(_row(row["garment"], row["class"], [row], models, _like(row)))
     return lines
 
 
 def _classes(rows: list[dict]) -> list[str]:
-    """A line a class."""
+    """Returns a line for each class of garments."""
     each = [(kind, of_class(rows, kind)) for kind in _kinds(rows)]
     return [
         _row(f"**all {len(of_kind)}**", f"**{kind}**", of_kind, list(rows[0]["models"]), "") for kind, of_kind in each
@@ -102,14 +107,14 @@ def _classes(rows: list[dict]) -> list[str]:
 
 
 def _spread_rows(rows: list[dict], models: int) -> list[str]:
-    """A line a class: how far the truth is from itself, in the place of the first way of carrying."""
+    """Returns a line for each class: how far the simulation is from itself, in the place of the first baseline."""
     lines = []
     for kind in _kinds(rows):
         means = [
             np.mean([row["changed"][name]["mean_mm"] for row in of_class(rows, kind)]) for name in rows[0]["changed"]
         ]
-        cells = [f"{min(means):.1f} to {max(means):.1f}", *[""] * (len(WAYS) + models)]
-        lines.append(f"| *the truth, simulated twice* | *{kind}* | | | {' | '.join(cells)} |")
+        cells = [f"{min(means):.1f} to {max(means):.1f}", *[""] * (len(BASELINES) + models)]
+        lines.append(f"| *the simulation, repeated* | *{kind}* | | | {' | '.join(cells)} |")
     return lines
 
 
@@ -129,14 +134,14 @@ def _spread(rows: list[dict]) -> list[str]:
     return lines
 
 
-def _seen(rows: list[dict]) -> list[str]:
-    """What errors look like, a column a class and model."""
+def _error_table(rows: list[dict]) -> list[str]:
+    """Returns a table of the kinds of errors, with a column for each class and model."""
     columns = [(kind, model) for kind in _kinds(rows) for model in rows[0]["models"]]
     lines = ["| | " + " | ".join(f"{kind}, {model}" for kind, model in columns) + " |"]
     lines.append("|---" * (1 + len(columns)) + "|")
-    for key, (said, digits) in FIGURES.items():
+    for key, (label, digits) in FIGURES.items():
         cells = [mean_of(of_class(rows, kind), ("models", model, key)) for kind, model in columns]
-        lines.append(f"| {said} | " + " | ".join(f"{each:.{digits}f}" for each in cells) + " |")
+        lines.append(f"| {label} | " + " | ".join(f"{each:.{digits}f}" for each in cells) + " |")
     return lines
 
 
@@ -149,7 +154,7 @@ def of_class(rows: list[dict], kind: str) -> list[dict]:
 
 
 def mean_of(rows: list[dict], keys: tuple[str, ...]) -> float:
-    """Of what lies at some keys, each garment weighing as much as it has frames."""
+    """Averages the values at some keys; garments are weighted by their numbers of frames."""
     values = []
     for row in rows:
         value = row
@@ -160,15 +165,15 @@ def mean_of(rows: list[dict], keys: tuple[str, ...]) -> float:
 
 
 def _row(name: str, kind: str, rows: list[dict], models: list[str], like: str) -> str:
-    errors = [mean_of(rows, ("carried_mm", way)) for way in WAYS]
+    errors = [mean_of(rows, ("carried_mm", name)) for name in BASELINES]
     errors += [mean_of(rows, ("models", model, "error_mm")) for model in models]
     cells = [name, kind, f"{mean_of(rows, ('gap_mm',)):.0f}", str(sum(row["frames"] for row in rows))]
     return "| " + " | ".join([*cells, *(f"{each:.1f}" for each in errors), like]) + " |"
 
 
 def _like(row: dict) -> str:
-    told = next(iter(row["relatives"].values()), [])
-    return ", ".join(f"{name} {far:.1f}" for name, far in told[:2])
+    relatives = next(iter(row["relatives"].values()), [])
+    return ", ".join(f"{name} {distance:.1f}" for name, distance in relatives[:2])
 
 
 if __name__ == "__main__":

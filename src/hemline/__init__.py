@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from .playback import evaluate as evaluate
     from .playback import play as play
     from .playback import record as record
+    from .tryon import open_garment as open_garment
 
 _ROOMS = ("bodies", "datasets", "errors", "export", "garments", "metrics", "motions", "pictures", "sim")
 _NAMES = {
@@ -45,6 +46,7 @@ _NAMES = {
     "evaluate": "playback",
     "fit": "animators",
     "load": "animators",
+    "open_garment": "tryon",
     "play": "playback",
     "record": "playback",
 }
@@ -65,6 +67,7 @@ __all__ = [
     "load",
     "metrics",
     "motions",
+    "open_garment",
     "pictures",
     "play",
     "record",

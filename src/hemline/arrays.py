@@ -1,7 +1,7 @@
-"""The vocabulary of array shapes, defined once.
+"""Types of arrays by shape.
 
-One name per axis everywhere: `frames joints verts faces nodes betas pins`. Float32 at run time, float64 where a solver
-needs it. Quaternions are wxyz; rotations act on column vectors; metres, y up, right-handed.
+Every axis has one name everywhere: `frames joints verts faces nodes betas pins`. Float32 at run time, float64 where a
+solver needs it. Quaternions are wxyz; rotations act on column vectors; metres, y up, right-handed.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ Faces = Int[np.ndarray, "faces 3"]
 """Triangles as vertex indices, counter-clockwise from outside, int32."""
 
 AnyVertices = Float[np.ndarray, "_verts 3"]
-"""Vertices of one of several meshes, each with a number of its own [m]."""
+"""Vertices of one of several meshes, whose numbers of vertices differ [m]."""
 
 AnyFaces = Int[np.ndarray, "_faces 3"]
 """Triangles of one of several meshes."""
@@ -29,10 +29,10 @@ BodyVertices = Float[np.ndarray, "body_verts 3"]
 """Vertices of a body, where those of a garment are given as well [m]."""
 
 FramesOfBodyVertices = Float[np.ndarray, "frames body_verts 3"]
-"""The same over a clip [m]."""
+"""Vertices of a body over a clip [m]."""
 
 BodyFaces = Int[np.ndarray, "body_faces 3"]
-"""Triangles of that body."""
+"""Triangles of a body, where those of a garment are given as well."""
 
 Points = Float[np.ndarray, "points 3"]
 """Any points [m]."""

@@ -1,4 +1,4 @@
-"""What can go wrong, as one tree.
+"""The tree of exceptions and warnings.
 
 ```
 HemlineError
@@ -7,25 +7,26 @@ HemlineError
 │   ├── BadMotion     clips
 │   ├── BadMesh       triangles
 │   ├── BadGarment    mesh + TOML, pins, chains, materials
-│   │   └── OffBody   a garment that does not sit on the body
+│   │   └── OffBody   a garment that is not on the body
 │   ├── BadDataset    folders of takes
-│   │   └── DamagedTake  a take that was read to its end and is not whole: it can be made again
+│   │   └── DamagedTake  a take that was read to its end and is incomplete; it can be made again
 │   ├── BadModel      model files
-│   ├── BadAnswer     what the page of a study sent
+│   ├── BadAnswer     answers from the page of a study
 │   ├── BadCluster    a scheduler, its workers, the processes of a training
-│   └── BadOutput     a path that cannot be written, a format that is not known
+│   └── BadOutput     paths that cannot be written, unknown formats
 ├── MissingExtra (also an ImportError)   an optional library is not installed: exit status 2
 └── SimulationFailed                     a take that could not be finished: exit status 1
 
-HemlineWarning (a UserWarning)           goes on, but the result will be worse: one line on stderr
+HemlineWarning (a UserWarning)           the work continues with a worse result: one line on stderr
 ```
 
-Every message says what, got, cure: `skirt.toml: pins name vertex 4120; the mesh has 3980 vertices; count from 0`.
+Every message states what is wrong, what was found and the cure: `skirt.toml: pins name vertex 4120; the mesh has 3980
+vertices; count from 0`.
 """
 
 
 class HemlineError(Exception):
-    """Base of everything that hemline raises on purpose."""
+    """Base class of all exceptions that hemline raises on purpose."""
 
 
 class BadInput(HemlineError, ValueError):
@@ -46,51 +47,51 @@ class BadInput(HemlineError, ValueError):
 
 
 class BadBody(BadInput):
-    """Betas of the wrong length, a body file that is not one."""
+    """Betas have the wrong length, or a file is not a body file."""
 
 
 class BadMotion(BadInput):
-    """A clip that cannot be read, or that lacks a joint."""
+    """A clip cannot be read or lacks a joint."""
 
 
 class BadMesh(BadInput):
-    """A triangle mesh that cloth cannot be made of."""
+    """Cloth cannot be made of a triangle mesh."""
 
 
 class BadGarment(BadInput):
-    """A garment whose mesh, unit, pins, chains or material contradict each other."""
+    """Mesh, unit, pins, chains or material of a garment contradict each other."""
 
 
 class OffBody(BadGarment):
-    """A garment that does not sit on the body; trying it on may help."""
+    """A garment is not on the body; trying it on may help."""
 
 
 class BadDataset(BadInput):
-    """A dataset that is damaged, or that was made for something else."""
+    """A dataset is damaged, or was made for something else."""
 
 
 class DamagedTake(BadDataset):
-    """A take that was read and is not whole: cut off, or other bytes than a take's.
+    """A take was read and is truncated or damaged.
 
-    What could not be read at all (no permission, a disk that fails), what a newer hemline wrote and what is another
-    take than its name says is a `BadDataset` and never this: it may be whole.
+    A file that cannot be read at all (no permission, a failing disk), that a newer hemline wrote, or that holds another
+    take than its name says raises `BadDataset` instead, since it may be intact.
     """
 
 
 class BadModel(BadInput):
-    """A model file that is damaged, of a future version, or not one."""
+    """A file is damaged, of a future version, or not a model file."""
 
 
 class BadAnswer(BadInput):
-    """What the page of a study sent and cannot be kept. The page shows the message, so it names no clip."""
+    """An answer from the page of a study cannot be stored. The page shows the message, so it names no clip."""
 
 
 class BadCluster(BadInput):
-    """A scheduler that does not answer, workers that cannot do the work, processes that do not fit a training."""
+    """A scheduler does not answer, workers cannot do the work, or processes do not fit a training."""
 
 
 class BadOutput(BadInput):
-    """A path that cannot be written, or an ending that names no known format."""
+    """A path cannot be written, or an ending names no known format."""
 
 
 class MissingExtra(HemlineError, ImportError):
@@ -99,7 +100,7 @@ class MissingExtra(HemlineError, ImportError):
     Args:
         module: The library's import name.
         extra: The extra of hemline that brings it.
-        need: What it is needed for.
+        need: The purpose that needs the library.
     """
 
     def __init__(self, module: str, extra: str, need: str):
@@ -115,10 +116,10 @@ class SimulationFailed(HemlineError):
 
 
 class HemlineWarning(UserWarning):
-    """What can be used, though the result will be worse for it.
+    """Input can be used, but the result will be worse.
 
     Args:
-        what: What is doubtful; or the whole line, where a library that held a warning back gives it again by its text.
+        what: What is doubtful; or the whole line, if a library that captured the warning issues it again by its text.
         got: What was found.
         cure: What the user can do about it.
     """
@@ -132,5 +133,5 @@ class HemlineWarning(UserWarning):
 
 
 def _one_line(what: str, got: object, cure: str) -> str:
-    """One line, whatever bytes the file had that it quotes."""
+    """Joins the parts in one line and replaces letters that cannot be printed, which a quoted file may contain."""
     return "".join(letter if letter.isprintable() else " " for letter in f"{what}; got {got}; {cure}")

@@ -1,4 +1,4 @@
-"""Options: the fields of a frozen dataclass, checked in one place.
+"""Options are the fields of a frozen dataclass; this module checks their types and ranges.
 
 ```python
 @dataclass(frozen=True)
@@ -10,7 +10,8 @@ class SwingConfig:
     def __post_init__(self) -> None:
         check_options(self)
 ```
-A field is a switch, a whole number, a number, one of a few (`Literal`) or a tuple of numbers: its type says which.
+The type of a field is a switch (`bool`), a whole number, a number, one of a few values (`Literal`), or a tuple of
+numbers.
 """
 
 import difflib
@@ -27,49 +28,54 @@ T = TypeVar("T", int, float)
 
 @dataclass(frozen=True)
 class _Range:
-    """What a finite number must be."""
+    """The range of a finite number."""
 
     words: str
+    """The requirement, as an error states it."""
     cure: str
+    """The cure, as an error states it."""
     least: float
+    """Lower limit."""
     closed: bool
     """Whether the lower limit itself is allowed."""
     below: float = math.inf
+    """Upper limit, which is not allowed itself."""
 
-    def holds(self, value: Any) -> bool:
+    def contains(self, value: Any) -> bool:
+        """Tells whether a number lies in the range."""
         return (self.least < value or (self.closed and value == self.least)) and value < self.below
 
 
 _POSITIVE = _Range("be positive", "above 0", 0, False)
 _NOT_NEGATIVE = _Range("not be negative", "of at least 0", 0, True)
-_SHARE = _Range("be a share", "between 0 and 1", 0, False, below=1)
+_FRACTION = _Range("be a fraction", "between 0 and 1", 0, False, below=1)
 
 
 def positive(default: T) -> T:
-    """A field whose number must lie above 0."""
+    """Makes a field whose number must lie above 0."""
     return field(default=default, metadata={"range": _POSITIVE})
 
 
 def not_negative(default: T) -> T:
-    """A field whose number must be 0 or more."""
+    """Makes a field whose number must be 0 or more."""
     return field(default=default, metadata={"range": _NOT_NEGATIVE})
 
 
-def share(default: float) -> float:
-    """A field whose number must lie between 0 and 1, neither included."""
-    return field(default=default, metadata={"range": _SHARE})
+def fraction(default: float) -> float:
+    """Makes a field whose number must lie between 0 and 1, neither included."""
+    return field(default=default, metadata={"range": _FRACTION})
 
 
 def check_options(options: Any, what: str = "option", *, error: type[BadInput] = BadInput) -> None:
-    """Check each field of a dataclass against its type and its range; to be called in `__post_init__`.
+    """Checks each field of a dataclass against its type and range; call it in `__post_init__`.
 
     Args:
         options: An instance of a dataclass.
-        what: What an error calls a field: `option 'epochs' must be positive`.
-        error: The class to raise.
+        what: Name of a field in errors, as in `option 'epochs' must be positive`.
+        error: Class of the exception.
 
     Raises:
-        error: A value of another type, not finite, or out of its range.
+        error: A value has another type, is not finite, or is out of its range.
     """
     kinds = get_type_hints(type(options))
     for each in fields(options):
@@ -80,16 +86,16 @@ def check_options(options: Any, what: str = "option", *, error: type[BadInput] =
 
 
 def options_of(kind: type, values: Mapping[str, Any], what: str = "option", *, error: type[BadInput] = BadInput) -> Any:
-    """Options from the values that a file or a table holds; lists become tuples.
+    """Makes options from the values of a file or a table; lists become tuples.
 
     Args:
         kind: A dataclass that calls `check_options`.
-        values: Value by name; fields that are left out keep their default.
-        what: What an error calls a field.
-        error: The class to raise.
+        values: Values by name; missing fields keep their default.
+        what: Name of a field in errors.
+        error: Class of the exception.
 
     Raises:
-        error: A name is unknown (the nearest one is given), or a value cannot be used.
+        error: A name is unknown (the nearest known one is suggested), or a value cannot be used.
     """
     known = [each.name for each in fields(kind)]
     for name in values:
@@ -105,7 +111,7 @@ def options_of(kind: type, values: Mapping[str, Any], what: str = "option", *, e
 
 
 def _fault(value: Any, kind: Any, within: _Range | None) -> tuple[str, str] | None:
-    """What a value must do that it does not, and the cure; None where it is right."""
+    """Returns the requirement that a value violates, and the cure; None if the value is right."""
     if get_origin(kind) is Literal:
         return _unless(value in get_args(kind), "be one of a few", f"use one of {', '.join(map(str, get_args(kind)))}")
     if get_origin(kind) is tuple:
@@ -128,7 +134,7 @@ def _number_fault(value: Any, whole: bool, within: _Range | None) -> tuple[str, 
     finite = isinstance(value, numbers.Integral) or math.isfinite(value)
     if within is None:
         return _unless(finite, f"be {name}", cure)
-    return _unless(finite and within.holds(value), within.words, cure)
+    return _unless(finite and within.contains(value), within.words, cure)
 
 
 def _unless(right: bool, words: str, cure: str) -> tuple[str, str] | None:

@@ -1,3 +1,3 @@
-"""The version of this package, read where files say who wrote them."""
+"""The version of this package, which files record as their writer."""
 
 VERSION = "0.1.0"

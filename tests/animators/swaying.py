@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.animators.ropes.fit.frames import Frames
+from hemline.animators.ropes.fit.frames import KeyFrames
 
 ROWS, COLUMNS = 20, 15
 VERTICES = ROWS * COLUMNS
@@ -34,7 +34,7 @@ def sway(clip: int, frames: int) -> np.ndarray:
     return np.stack([side, lift, swing + twist + wave], axis=-1).astype(np.float32)
 
 
-def swaying_frames(clips: int = 10, frames: int = 60, *, order: np.ndarray | None = None) -> Frames:
+def swaying_frames(clips: int = 10, frames: int = 60, *, order: np.ndarray | None = None) -> KeyFrames:
     """Frames of several clips: eight in ten to train, one to validate, one to test."""
     displacements = np.concatenate([sway(clip, frames) for clip in range(clips)])
     clip = np.repeat(np.arange(clips), frames)
@@ -42,7 +42,7 @@ def swaying_frames(clips: int = 10, frames: int = 60, *, order: np.ndarray | Non
     bones = displacements[:, NODES]
     free = np.ones((len(NODES), 3), np.float32)
     free[::5] = 0
-    return Frames(
+    return KeyFrames(
         displacements=displacements.reshape(len(clip), -1)[order],
         bones=np.ascontiguousarray(bones.reshape(len(clip), -1)[order]),
         rope_bones=np.ascontiguousarray(bones.reshape(len(clip), -1)[order]),

@@ -127,6 +127,16 @@ def test_the_toy_can_be_played_with_the_projection(installed):
         next(play(toy, shaped, still, truth=np.zeros((3, 4000, 3), np.float32)))
 
 
+def test_a_lazy_kind_imports_its_functions_when_they_are_called():
+    kind = animators.LazyKind("lazy", dict, fit="hemline.nowhere:fit", of="builtins:dict.fromkeys")
+    assert isinstance(kind, animators.AnimatorKind)
+    assert kind.of(["rest"], {"version": 1}) == {"rest": {"version": 1}}
+    with pytest.raises(ModuleNotFoundError, match="hemline.nowhere"):
+        kind.fit(None)
+    other = animators.LazyKind("other", dict, fit=lambda data, config, **options: (data, options), of="builtins:dict")
+    assert other.fit("data", seed=3) == ("data", {"seed": 3, "progress": None, "checkpoints": None})
+
+
 def test_an_unknown_animator_is_named_with_the_nearest():
     with pytest.raises(BadInput, match=r"no such animator; got 'rope'; .*did you mean 'ropes'\?"):
         animators.animator_kind("rope")
@@ -154,7 +164,7 @@ class WearableStiff:
     def of(cls, arrays, metadata):
         return cls(metadata["figures"])
 
-    def worn_by(self, garment, body):
+    def animator_for(self, garment, body):
         return AnimatorStiff(garment, body.body.name, body.body.hash, garment.vertices)
 
     def save(self, path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hemline.garments.proxy.embedding import Embedding, _frames
-from hemline.garments.proxy.embedding_kernels import carry, turned_frames
+from hemline.garments.proxy.embedding_kernels import carry, turn_frames
 from hemline.garments.proxy.proxy import ProxySize, proxy_of
 from hemline.meshes import vertex_normals
 from hemline.motions.quaternions import from_axis_angle, to_matrix
@@ -44,23 +44,23 @@ def test_a_garment_with_fewer_vertices_is_its_own_coarse_one():
     again, kept = proxy_of(small, ProxySize())
     assert again is small
     points = waved(small.vertices)
-    np.testing.assert_allclose(Embedding.of(small, again, kept).carried(points), points, atol=1e-4)
+    np.testing.assert_allclose(Embedding.of(small, again, kept).fine_vertices(points), points, atol=1e-4)
 
 
 def test_a_rigid_motion_is_passed_on_exactly(coarse, embedding):
     turn, shift = to_matrix(from_axis_angle(np.array([0.4, -2.0, 1.1]))), np.array([0.3, 5.0, -1.0])
-    carried = embedding.carried(coarse[0].vertices @ turn.T + shift)
+    carried = embedding.fine_vertices(coarse[0].vertices @ turn.T + shift)
     np.testing.assert_allclose(carried, made.skirt().vertices @ turn.T + shift, atol=2e-6)
 
 
 def test_coarse_vertices_stay_where_they_are(coarse, embedding):
     points = waved(coarse[0].vertices)
-    apart = np.linalg.norm(embedding.carried(points)[coarse[1]] - points, axis=1)
+    apart = np.linalg.norm(embedding.fine_vertices(points)[coarse[1]] - points, axis=1)
     assert apart.mean() < 1e-4
 
 
 def test_a_smooth_deformation_is_followed_closely(coarse, embedding):
-    carried, truth = embedding.carried(waved(coarse[0].vertices)), waved(made.skirt().vertices)
+    carried, truth = embedding.fine_vertices(waved(coarse[0].vertices)), waved(made.skirt().vertices)
     assert np.linalg.norm(carried - truth, axis=1).mean() < 2e-3
     # the mean of the three nearest coarse vertices, for scale
     near, weights = embedding.near[:, :3], embedding.weights[:, :3]
@@ -78,7 +78,7 @@ def test_frames_are_rotations_and_the_kernels_do_what_plain_numpy_does(coarse, e
     points = np.ascontiguousarray(waved(garment.vertices))
     normals = vertex_normals(points, garment.faces).astype(np.float64)
     frames = np.empty((len(points), 3, 3))
-    turned_frames(points, normals, embedding.start, embedding.ring, embedding.slopes, frames)
+    turn_frames(points, normals, embedding.start, embedding.ring, embedding.slopes, frames)
     np.testing.assert_allclose(frames, plain_frames(embedding, points, normals), atol=1e-9)
     np.testing.assert_allclose(frames @ frames.transpose(0, 2, 1), np.broadcast_to(np.eye(3), frames.shape), atol=1e-6)
     assert (np.linalg.det(frames) > 0).all()
@@ -104,7 +104,7 @@ def plain_frames(embedding, points, normals):
 def test_at_rest_the_frames_are_those_at_rest(coarse, embedding):
     rest, faces = coarse[0].vertices.astype(np.float64), coarse[0].faces
     normals, frames = vertex_normals(rest, faces).astype(np.float64), np.empty((len(rest), 3, 3))
-    turned_frames(rest, normals, embedding.start, embedding.ring, embedding.slopes, frames)
+    turn_frames(rest, normals, embedding.start, embedding.ring, embedding.slopes, frames)
     np.testing.assert_allclose(frames, _frames(rest, faces), atol=1e-6)
 
 

@@ -13,7 +13,7 @@ from hemline.cli.main import main
 from hemline.errors import BadInput
 from hemline.garments import coarser_garment
 from hemline.motions.motion import Pose
-from tests.animators import dressed_by_formula as made
+from tests.animators import formula_garment as made
 
 BETAS = (1.5, -0.8)
 
@@ -27,10 +27,10 @@ class Swinging:
         self.garment, self.body_hash = made.shirt(), made.body().body.hash
 
     def start(self, posed):
-        return made.laid(posed.pose)
+        return made.garment_in_pose(posed.pose)
 
     def step(self, state, posed, dt):
-        state = state + np.float32(1 - np.exp(-5 * dt)) * (made.laid(posed.pose) - state)
+        state = state + np.float32(1 - np.exp(-5 * dt)) * (made.garment_in_pose(posed.pose) - state)
         return state, state
 
     def save(self, path):
@@ -39,7 +39,7 @@ class Swinging:
 
 @pytest.fixture(scope="module")
 def shapes(tmp_path_factory):
-    return fit(made.dataset(tmp_path_factory.mktemp("anchors") / "data", 12), AgentDressConfig())
+    return fit(made.make_dataset(tmp_path_factory.mktemp("anchors") / "data", 12), AgentDressConfig())
 
 
 def on(betas):
@@ -55,13 +55,13 @@ def walked(animator, body, poses):
 
 
 def test_on_the_body_of_the_fit_it_is_what_moves_alone(shapes):
-    poses = [made.anchored(made.random_pose(number)) for number in (1, 2, 3)]
+    poses = [made.anchor_pose(made.random_pose(number)) for number in (1, 2, 3)]
     alone = walked(Swinging(), made.body(), poses)
     np.testing.assert_allclose(walked(AnimatorRedressed(Swinging(), shapes), made.body(), poses), alone, atol=2e-5)
 
 
 def test_on_another_shape_it_is_what_moves_redressed_frame_by_frame(shapes):
-    poses, body = [made.anchored(made.random_pose(number)) for number in (4, 5, 6)], on(BETAS)
+    poses, body = [made.anchor_pose(made.random_pose(number)) for number in (4, 5, 6)], on(BETAS)
     scale = np.float32(made.body().leg_length / body.leg_length)
     there = [Pose(pose.rotations, pose.translation * scale) for pose in poses]
     alone = walked(Swinging(), made.body(), there)
@@ -74,7 +74,7 @@ def test_on_another_shape_it_is_what_moves_redressed_frame_by_frame(shapes):
 
 def test_the_state_is_a_rollback(shapes):
     animator, body = AnimatorRedressed(Swinging(), shapes), on(BETAS)
-    one, other = (body.posed(made.anchored(made.random_pose(number))) for number in (7, 8))
+    one, other = (body.posed(made.anchor_pose(made.random_pose(number))) for number in (7, 8))
     before = animator.start(one)
     first = animator.step(before, other, 1 / 30)[1]
     animator.step(before, one, 1 / 30)
@@ -83,7 +83,7 @@ def test_the_state_is_a_rollback(shapes):
 
 def test_a_player_shows_it(shapes):
     body, animator = on(BETAS), AnimatorRedressed(Swinging(), shapes)
-    pose = made.anchored(made.random_pose(9))
+    pose = made.anchor_pose(made.random_pose(9))
     player = hemline.Player.prepare(animator, body)
     state = player.start(pose, pre_roll=0.1)
     _, frame = player.step(state, pose, 1 / 30)
@@ -110,7 +110,7 @@ class Skinned(Swinging):
 
 def test_a_finer_mesh_is_put_on_other_shapes_by_a_coarser_one(shapes):
     """Where the two share vertices it goes where the coarser one does, but for what lies between its vertices."""
-    fine, pose = Skinned(), made.anchored(made.random_pose(10))
+    fine, pose = Skinned(), made.anchor_pose(made.random_pose(10))
     kept = coarser_garment(fine.garment, 0.2)[1]
     both = AnimatorRedressed(fine, shapes)
     alone = walked(fine, made.body(), [pose])[0]

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from hemline import bodies
 from hemline.export.glb.glb_buffer import Buffer
 from hemline.export.glb.glb_document import pack_glb
-from hemline.meshes import coarser
+from hemline.meshes import coarsen
 from hemline.motions import JOINT_NAMES, PARENTS
 
 MIXAMO = {"pelvis": "Hips", "spine1": "Spine", "spine2": "Spine1", "spine3": "Spine2", "neck": "Neck", "head": "Head"}
@@ -77,7 +77,7 @@ CUSTOMS = {
 def small_body() -> bodies.Body:
     """The shipped body with 3,000 of its vertices, without shapes."""
     full = bodies.load()
-    fewer = coarser(full.template, full.faces, 3000)
+    fewer = coarsen(full.template, full.faces, 3000)
     return replace(
         full,
         template=full.template[fewer.kept],
@@ -231,7 +231,7 @@ def _document(sample, body, bones, parents, places, vertices, weights, at):
     if sample.vrm is not None:
         document["extensions"] = _vrm(sample.vrm, at)
         document["extensionsUsed"] = list(document["extensions"])
-    return document | buffer.described(), buffer.content()
+    return document | buffer.entries(), buffer.content()
 
 
 def _animation(buffer, name, times, rotations, rest, parents, axes, at):

@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from hemline import bodies
-from hemline.bodies.velocities import reshaping
+from hemline.bodies.velocities import reshaping_velocity
 from tests.bodies.body_samples import t_pose
 
 BODY = [-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19]
@@ -56,7 +56,7 @@ def _anny_arrays() -> dict[str, np.ndarray]:
     held = weights[:, None, 1:, None] * posed.normals[:, :, None, None]
     return {
         "v_template": template + off,
-        "shapedirs": np.stack([reshaping(posed, beta) for beta in range(10)], axis=2),
+        "shapedirs": np.stack([reshaping_velocity(posed, beta) for beta in range(10)], axis=2),
         "posedirs": (held * random.normal(scale=0.004, size=9)).reshape(len(template), 3, -1),
         "weights": weights,
         "J_regressor": regressor,

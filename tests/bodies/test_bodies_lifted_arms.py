@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies
-from hemline.bodies.lifted_arms import HANGING_DEG, LIFT_DEG, RAISED_DEG, lift_deg, lifted_arms
+from hemline.bodies.lifted_arms import HANGING_DEG, LIFT_DEG, RAISED_DEG, lift_pose_arms
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, rotate
 
@@ -17,6 +17,12 @@ def arms_at(degrees: float) -> Pose:
     rotations[LEFT] = from_axis_angle(np.array([0.0, 0.0, np.deg2rad(degrees - 90)]))
     rotations[RIGHT] = from_axis_angle(np.array([0.0, 0.0, np.deg2rad(90 - degrees)]))
     return Pose(rotations, np.zeros(3))
+
+
+def lift_deg(angle_deg):
+    """How far an upper arm is lifted that is this far from hanging straight down [deg]."""
+    fraction = np.clip((angle_deg - HANGING_DEG) / (RAISED_DEG - HANGING_DEG), 0.0, 1.0)
+    return LIFT_DEG * (1 - fraction * fraction * (3 - 2 * fraction))
 
 
 def hanging(pose: Pose) -> list[float]:
@@ -32,7 +38,7 @@ def hanging(pose: Pose) -> list[float]:
 
 @pytest.mark.parametrize("degrees", [5.0, 20.0, 45.0, 60.0, 80.0, 150.0])
 def test_an_arm_that_hangs_is_lifted_and_a_raised_one_is_not(degrees):
-    before, after = hanging(arms_at(degrees)), hanging(lifted_arms(arms_at(degrees)))
+    before, after = hanging(arms_at(degrees)), hanging(lift_pose_arms(arms_at(degrees)))
     np.testing.assert_allclose(np.subtract(after, before), lift_deg(degrees), atol=0.2)
     assert lift_deg(degrees) == (
         LIFT_DEG if degrees <= HANGING_DEG else 0 if degrees >= RAISED_DEG else lift_deg(degrees)
@@ -47,7 +53,7 @@ def test_arms_keep_their_order_and_nothing_jumps():
 
 def test_all_other_joints_stay():
     pose = arms_at(10.0)
-    lifted = lifted_arms(pose)
+    lifted = lift_pose_arms(pose)
     others = np.setdiff1d(np.arange(24), [LEFT, RIGHT])
     np.testing.assert_array_equal(lifted.rotations[others], pose.rotations[others])
     np.testing.assert_array_equal(lifted.translation, pose.translation)
@@ -63,5 +69,5 @@ def test_the_kernel_equals_plain_numpy():
         angles = np.rad2deg(np.arccos(np.clip(-rotate(arms, sideways)[:, 1], -1.0, 1.0)))
         turns = np.deg2rad(lift_deg(angles))[:, None] * np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
         wanted = multiply(from_axis_angle(turns), arms)
-        found = lifted_arms(Pose(rotations, np.zeros(3))).rotations[[LEFT, RIGHT]]
+        found = lift_pose_arms(Pose(rotations, np.zeros(3))).rotations[[LEFT, RIGHT]]
         np.testing.assert_allclose(found, wanted, atol=3e-7)

@@ -83,5 +83,5 @@ def test_recorded_feet_touch_the_floor(shaped, clip):
     path = CLIPS / f"{clip}.bvh"
     if not path.exists():
         pytest.skip(f"{path} is absent")
-    heights = sole_heights(shaped, shaped.placed(read(path).resampled(10)))
+    heights = sole_heights(shaped, shaped.placed(read(path).resample(10)))
     assert np.percentile(heights, 1) > -0.08 and np.percentile(heights, 25) < 0.05

@@ -11,7 +11,7 @@ import pytest
 from scipy.sparse import csc_matrix
 
 from hemline import bodies
-from hemline.bodies.smpl.smpl_pickle import pickled_arrays
+from hemline.bodies.smpl.smpl_pickle import read_pickled_arrays
 from hemline.bodies.smpl.smpl_stand_ins import ENCODE, STAND_INS, Encoder, Refused, Sealed
 from hemline.errors import BadBody
 from tests.bodies.smpl_samples import Ch, Select, chumpy_in_sight, small_arrays, write_pickle, write_published
@@ -146,7 +146,7 @@ def test_no_stand_in_can_be_changed(module, name, tmp_path):
         b"N}" + text("__setstate__") + text("x") + b"s\x86",
     ):
         with pytest.raises(Refused):
-            pickled_arrays(P.PROTO + b"\2" + named(module, name) + state + P.BUILD + END, ["f"])
+            read_pickled_arrays(P.PROTO + b"\2" + named(module, name) + state + P.BUILD + END, ["f"])
     assert {each: dict(vars(each)) for each in kind.__mro__[:-1]} == before
     with pytest.raises(Refused, match="an attempt to set 'made' of a class"):
         kind.made = None  # type: ignore[attr-defined]
@@ -161,35 +161,35 @@ def test_text_is_encoded_to_no_more_bytes_than_the_file_has():
     for times in (1, 2, 50):
         content = ENCODED + WORD + P.REDUCE + b"h\0h\2R" * (times - 1) + b"}" + END
         if times == 1:
-            assert pickled_arrays(content, ["f"]) == {}
+            assert read_pickled_arrays(content, ["f"]) == {}
         else:
             with pytest.raises(Refused, match="a pickle that makes more bytes than it has"):
-                pickled_arrays(content, ["f"])
+                read_pickled_arrays(content, ["f"])
 
 
 @pytest.mark.parametrize("state", [b"}X\5\0\0\0_leftM\xff\xffs", b"N}X\5\0\0\0_leftM\xff\xffs\x86", b"M\xff\xff"])
 def test_no_state_raises_what_may_be_encoded(state):
     content = ENCODED + state + P.BUILD + WORD + P.REDUCE + b"h\0h\2R}" + END
     with pytest.raises(Refused, match="a pickle that makes more bytes than it has"):
-        pickled_arrays(content, ["f"])
+        read_pickled_arrays(content, ["f"])
 
 
 def test_an_encoder_is_no_class_and_encodes_latin1_alone():
     assert type(type(Encoder(9))) is type(Encoder) is Sealed
     for made in (b")" + P.NEWOBJ, b")}" + P.NEWOBJ_EX):
         with pytest.raises(Refused, match="a damaged pickle"):
-            pickled_arrays(ENCODED + made + b"}" + END, ["f"])
+            read_pickled_arrays(ENCODED + made + b"}" + END, ["f"])
     with pytest.raises(Refused, match="text in another encoding than latin1"):
-        pickled_arrays(ENCODED + text("x") + text("zlib") + P.TUPLE2 + P.REDUCE + b"}" + END, ["f"])
+        read_pickled_arrays(ENCODED + text("x") + text("zlib") + P.TUPLE2 + P.REDUCE + b"}" + END, ["f"])
 
 
 @pytest.mark.parametrize("long", [P.LONG1 + b"\12" + bytes(9) + b"\1", b"L" + str(2**73).encode() + b"L\n"])
 def test_many_large_whole_numbers_are_refused(long):
     """Of equal hash they make a dictionary slow; a few are let by."""
     few, many = (P.PROTO + b"\2" + (long + b"0") * count + b"}" + END for count in (900, 1100))
-    assert pickled_arrays(few, ["f"]) == {}
+    assert read_pickled_arrays(few, ["f"]) == {}
     with pytest.raises(Refused, match="a pickle of far more objects than a body has"):
-        pickled_arrays(many, ["f"])
+        read_pickled_arrays(many, ["f"])
 
 
 def test_sparse_matrices_are_no_larger_than_a_regressor(tmp_path):

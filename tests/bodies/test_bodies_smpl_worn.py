@@ -11,7 +11,7 @@ from hemline.bodies.place import sole_heights, sole_vertices
 from hemline.bodies.pose_offsets import pose_offsets
 from hemline.bodies.untangling.balls import fill_with_balls
 from hemline.bodies.untangling.parts import closed_parts
-from hemline.bodies.velocities import turning
+from hemline.bodies.velocities import turning_velocity
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.playback.record import record_take
 from hemline.sim import SimSettings, simulate
@@ -61,8 +61,8 @@ def test_a_turning_joint_moves_the_offsets_too(body):
             rotations[joint] = turn.as_quat()[[3, 0, 1, 2]]
             ends.append(shaped.posed(Pose(rotations, pose.translation)).vertices.astype(np.float64))
         difference = (ends[0] - ends[1]) / (2 * step)
-        velocity = turning(shaped.posed(pose), joint, np.array(axis))
-        without = turning(replace(body, posedirs=None).shaped().posed(pose), joint, np.array(axis))
+        velocity = turning_velocity(shaped.posed(pose), joint, np.array(axis))
+        without = turning_velocity(replace(body, posedirs=None).shaped().posed(pose), joint, np.array(axis))
         assert np.abs(velocity - difference).max() < 1e-3
         assert joint == 0 or np.abs(without - difference).max() > 3e-3
 
@@ -80,7 +80,7 @@ def test_parts_balls_overlap_and_untangling_are_for_any_body(body):
     assert [len(part.rims) for part in parts] == [4, 2, 1, 2, 1, 2, 1, 2, 1]
     assert len(fill_with_balls(shaped).pairs) > 1000
     assert bodies.overlapping(shaped.posed(t_pose())).mean() < 0.01
-    tangled, apart = shaped.posed(arms_down()), shaped.posed(shaped.untangled(arms_down()))
+    tangled, apart = shaped.posed(arms_down()), shaped.posed(shaped.untangle(arms_down()))
     assert bodies.overlapping(tangled).sum() > 2 * bodies.overlapping(apart).sum()
 
 
@@ -88,8 +88,8 @@ def test_a_cape_is_made_and_simulated(body):
     shaped = body.shaped([0.5])
     cape = garments.make_cape(shaped, vertex_count=500)
     assert cape.body_name == "basic_f"
-    run = shaped.placed(motions.load("run").resampled(30))[:3]
-    take = simulate(cape, shaped, shaped.untangled_motion(run), SimSettings(lead_in=0.2, settle=1.0))
+    run = shaped.placed(motions.load("run").resample(30))[:3]
+    take = simulate(cape, shaped, shaped.untangle_motion(run), SimSettings(lead_in=0.2, settle=1.0))
     assert take.failed is None and np.isfinite(take.vertices).all()
     assert take.lead_in.sum() == 6 and len(take.vertices) == 9
     assert take.figures["edge_strain_p99"] < 0.2

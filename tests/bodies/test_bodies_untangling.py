@@ -44,7 +44,7 @@ def test_hanging_arms_are_lifted_out(shaped):
     done = untangle(shaped, pose)
     before, after = (overlapping(shaped.posed(each)).mean() for each in (pose, done.pose))
     assert before > 0.005 and after < 0.2 * before
-    assert shaped.untangled(pose).hash == done.pose.hash
+    assert shaped.untangle(pose).hash == done.pose.hash
 
 
 def test_legs_are_parted(shaped):
@@ -82,7 +82,7 @@ def test_a_motion_is_untangled_smoothly(shaped):
     assert overlap_percent(shaped, done.motion).mean() < 0.3 * overlap_percent(shaped, motion).mean()
     each = np.array([untangle(shaped, motion[frame]).degrees for frame in range(len(motion))])
     assert np.abs(np.diff(done.degrees, n=2, axis=0)).max() < np.abs(np.diff(each, n=2, axis=0)).max()
-    assert done.degrees.shape == (40, len(JOINT_NAMES)) and done.motion.hash == shaped.untangled_motion(motion).hash
+    assert done.degrees.shape == (40, len(JOINT_NAMES)) and done.motion.hash == shaped.untangle_motion(motion).hash
 
 
 def test_a_motion_without_overlap_is_the_same_object(shaped):
@@ -150,7 +150,7 @@ def test_recorded_clips_overlap_less(shaped, clip):
     path = CLIPS / f"{clip}.bvh"
     if not path.exists():
         pytest.skip(f"{path} is absent")
-    motion = shaped.placed(read(path).resampled(15))[:45]
+    motion = shaped.placed(read(path).resample(15))[:45]
     done = untangle_motion(shaped, motion)
     before, after = (overlap_percent(shaped, each).mean() for each in (motion, done.motion))
     assert before > 0.5 and after < 0.05 * before and done.degrees.max() <= PASSES * LIMIT_DEG

@@ -39,8 +39,8 @@ def test_a_garment_of_another_body_is_refused(made, body, folder, capsys):
 @pytest.mark.parametrize("name", ["cape-light", "skirt-light"])
 def test_a_garment_by_name_is_made_on_the_body_file(name, folder):
     body = bodies.load("other.safetensors").shaped()
-    made, shipped = garments.open_garment(name, body), garments.load(name)
+    made, shipped = garments.load(name, body), garments.load(name)
     assert (made.body_name, shipped.body_name) == ("other.safetensors", "anny24")
     assert np.array_equal(made.vertices, shipped.vertices)  # it is the same body by another name
     with pytest.raises(BadGarment, match=f"did you mean '{name}'"):
-        garments.open_garment(name[:-1], body)
+        garments.load(name[:-1], body)

@@ -20,7 +20,7 @@ OPTIONS += ["--no-calibrate", "--gradient-steps", "0", "--collision-vertices", "
 def data(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("torchrun") / "data"
     napkin = garments.make_cape(bodies.load("anny24").shaped(), rows=8, columns=12, name="napkin")
-    clips = [sim.Clip(motions.load(name)[:40], motions.subject_of(name)) for name in ("walk", "run", "kick")]
+    clips = [sim.ClipRequest(motions.load(name)[:40], motions.subject_of(name)) for name in ("walk", "run", "kick")]
     settings = sim.SimSettings(settle=0.2, lead_in=0.3, substeps=1)
     assert not any(row.failed for row in sim.produce(folder, napkin, clips, settings=settings))
     return folder

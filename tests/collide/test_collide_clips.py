@@ -31,7 +31,7 @@ def count_inside(cape, motion, every=1):
 
 def recorded(clip, most):
     """The middle of a recording, at 30 frames a second."""
-    motion = motions.read(FOLDER / clip).resampled(30)
+    motion = motions.read(FOLDER / clip).resample(30)
     first = max(0, (len(motion) - most) // 2)
     return motion[first : first + most]
 

@@ -5,13 +5,13 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from hemline.collide.projection.displace_lane_kernels import LANES, ROWS, lift_lanes, lift_distance, project_lanes
-from hemline.collide.projection.project import Projector
-from hemline.collide.projection.project_frame import SKYLINE_MARGIN, ProjectedFrame
-from hemline.collide.projection.ray_kernels import certify
+from hemline.collide.projection.displace_lane_kernels import LANES, ROWS, lift_distance, lift_lanes, project_lanes
 from hemline.collide.projection.escape_kernels import find_escape_faces
+from hemline.collide.projection.project import Projector
+from hemline.collide.projection.project_frame import ProjectedFrame
+from hemline.collide.projection.ray_kernels import SKYLINE_MARGIN, certify
 from hemline.collide.surface.box_kernels import into_frame
-from hemline.collide.surface.search_kernels import search_buffers, seek_place, seek_block, some_face
+from hemline.collide.surface.search_kernels import search_buffers, seek_block, seek_place, some_face
 from hemline.collide.surface.surface_kernels import nearest_weights
 from hemline.collide.winding.numbers import winding_numbers
 from hemline.meshes import ClosestTree
@@ -61,9 +61,7 @@ def test_certified_vertices_are_free_by_the_margin():
     projector = Projector.prepare(shaped, rest, np.empty((0, 3), np.int32))
     frame = ProjectedFrame(projector, projector.start(), poses[0], carried(poses[0], 0.0))
     state, near = frame.projector.start(), np.empty(len(frame.points), np.int32)
-    count = certify(
-        frame.points, frame.skin.patch_box, state.lively, SKYLINE_MARGIN, 1, 5, state.directions, state.hidden, near
-    )
+    count = certify(frame.points, frame.skin.patch_box, state.lively, 1, 5, state.directions, state.hidden, near)
     certified = np.setdiff1d(np.arange(len(frame.points)), near[:count])
     assert len(certified) > 0.5 * len(frame.points)
     assert (winding_numbers(frame.skin.body, frame.patches.faces, frame.points[certified]) == 0).all()
@@ -123,7 +121,7 @@ def test_looking_around_finds_the_nearest_vertex_of_all_and_of_the_own_limb(fram
     ids = np.arange(0, 900, 3, dtype=np.int32)
     bad, faces = np.arange(len(ids), dtype=np.int32), np.empty((len(ids), 2), np.int64)
     limb, skin = frame.projector.on_body.limb, frame.skin
-    find_escape_faces(frame.points, ids, bad, limb, skin, frame.state.anchors, faces)
+    find_escape_faces(frame.points, frame.state.anchors, skin, ids, bad, limb, faces)
     for i, found in zip(ids, faces, strict=True):
         away = np.linalg.norm(skin.body - frame.points[i], axis=1)
         for face, among in zip(found, (np.arange(len(away)), own_vertices(frame, limb[i])), strict=True):

@@ -9,14 +9,14 @@ import pytest
 import hemline
 from hemline import bodies, garments, metrics
 from hemline.collide import Cover
-from hemline.collide.cover.cover import COVER_DEPTH, COVER_GAP, COVER_DISTANCE, COVER_STEPS, faces_across_edges
-from hemline.collide.cover.cover_kernels import cover_points
+from hemline.collide.cover.cover import COVER_DEPTH, COVER_DISTANCE, COVER_GAP, COVER_STEPS, faces_across_edges
+from hemline.collide.cover.cover_kernels import CoveredSkin, cover_points
 from hemline.meshes import ClosestTree
 from hemline.playback.player.player import Player
 
 
 @cache
-def worn():
+def dressed_shirt():
     """The T-shirt on its body, and what it may cover."""
     shaped, shirt = bodies.load("anny24").shaped(), garments.load("tshirt-light")
     return shaped, shirt, Cover.prepare(shaped, shirt.vertices, shirt.faces)
@@ -32,7 +32,9 @@ def single(points) -> tuple[np.ndarray, ...]:
 
 def covered(points, sweeps: int = 1) -> tuple[np.ndarray, int]:
     *model, skin, vertices = single(points)
-    moved = cover_points(*model, skin, np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, sweeps, vertices)
+    moved = cover_points(
+        CoveredSkin(*model), skin, np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, sweeps, vertices
+    )
     return vertices, moved
 
 
@@ -73,7 +75,12 @@ def test_what_it_does_not_cover_moves_nothing(point):
 def test_a_triangle_without_area_covers_nothing():
     *model, skin, vertices = single([[0.0, 0.0, 0.001]])
     vertices[:] = vertices[0]
-    assert cover_points(*model, skin, np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, 2, vertices) == 0
+    assert (
+        cover_points(
+            CoveredSkin(*model), skin, np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, 2, vertices
+        )
+        == 0
+    )
     assert np.isfinite(vertices).all()
 
 
@@ -120,9 +127,14 @@ def test_wherever_cloth_has_slipped_to_the_triangle_over_a_point_is_found():
     for point in range(20):
         results = [vertices.copy(), vertices.copy()]
         for over, moving in zip((right, slipped), results, strict=True):
-            model = np.zeros(1, np.int32), over[point : point + 1].astype(np.int32), corners, faces_across_edges(corners)
+            model = (
+                np.zeros(1, np.int32),
+                over[point : point + 1].astype(np.int32),
+                corners,
+                faces_across_edges(corners),
+            )
             lengths = np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, 1
-            assert cover_points(*model, skin[point : point + 1], *lengths, moving) == 1
+            assert cover_points(CoveredSkin(*model), skin[point : point + 1], *lengths, moving) == 1
         np.testing.assert_array_equal(*results)
 
 
@@ -135,15 +147,15 @@ def test_points_that_nothing_moved_are_rightly_left_out():
     model = np.arange(300, dtype=np.int32), over, corners, faces_across_edges(corners)
     lengths = np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS
     twice, once, moves = vertices.copy(), vertices.copy(), 0
-    moved = cover_points(*model, skin, *lengths, 2, twice)
+    moved = cover_points(CoveredSkin(*model), skin, *lengths, 2, twice)
     for _ in range(2):
-        moves += cover_points(*model, skin, *lengths, 1, once)
+        moves += cover_points(CoveredSkin(*model), skin, *lengths, 1, once)
     np.testing.assert_allclose(twice, once, atol=1e-6)
     assert abs(moved - moves) <= 1 and moved > 50
 
 
 def test_what_is_covered_is_near_at_rest_and_faces_the_same_way():
-    shaped, shirt, cover = worn()
+    shaped, shirt, cover = dressed_shirt()
     corners = shirt.vertices[cover.corners[cover.over]].astype(np.float64)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (np.einsum("px,px->p", normals, shaped.normals[cover.points]) > 0).all()
@@ -155,8 +167,8 @@ def test_what_is_covered_is_near_at_rest_and_faces_the_same_way():
 
 def test_skin_that_looks_out_is_covered_by_another_count():
     """Cloth drawn tight, so that the chest looks out: counted by the nearest place of the cloth."""
-    shaped, shirt, cover = worn()
-    skin = metrics.covered_skin(shirt.vertices, shirt.faces, shaped.vertices, shaped.normals)
+    shaped, shirt, cover = dressed_shirt()
+    skin = metrics.skin_under_cloth(shirt.vertices, shirt.faces, shaped.vertices, shaped.normals)
     tight = (shirt.vertices - shirt.vertices.mean(axis=0)) * np.float32([0.97, 1.0, 0.97]) + shirt.vertices.mean(axis=0)
 
     def through(vertices):

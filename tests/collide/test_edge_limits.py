@@ -92,7 +92,7 @@ def kicked(*, whole, garments=("tshirt-light",)):
     """The frame of a kick in which a leg is raised to the head."""
     models = [hemline.load(name) for name in garments]
     body = hemline.bodies.load("anny24").shaped()
-    kick = body.untangled_motion(hemline.motions.load("kick").resampled(30.0))
+    kick = body.untangle_motion(hemline.motions.load("kick").resample(30.0))
     player = hemline.Player.prepare(models[0] if len(models) == 1 else together(models), body, whole=whole)
     state = player.start(kick[30], pre_roll=0.2)
     return player, player.step(state, kick[30], 1 / 30)[1]
@@ -105,20 +105,20 @@ def long_share(player, vertices):
 def test_a_leg_raised_to_the_head_tears_less_of_the_hem():
     player, frame = kicked(whole=True)
     assert long_share(player, frame.animated) > 0.03
-    assert long_share(player, frame.held) < 0.8 * long_share(player, frame.animated)
+    assert long_share(player, frame.before_projection) < 0.8 * long_share(player, frame.animated)
     assert long_share(player, frame.vertices) < 0.95 * long_share(player, frame.animated)
     _, plain = kicked(whole=False)
-    assert np.array_equal(plain.held, plain.animated) and np.array_equal(plain.animated, frame.animated)
+    assert np.array_equal(plain.before_projection, plain.animated) and np.array_equal(plain.animated, frame.animated)
 
 
 def test_of_garments_worn_together_those_that_settle_are_held_so():
     player, frame = kicked(whole=True, garments=("tshirt-light", "longsleeve-light"))
-    assert long_share(player, frame.held) < 0.7 * long_share(player, frame.animated)
+    assert long_share(player, frame.before_projection) < 0.7 * long_share(player, frame.animated)
 
 
 def test_at_lower_detail_it_holds_the_vertices_that_are_left():
     model, body = hemline.load("tshirt-light"), hemline.bodies.load("anny24").shaped((1.0, -1.0))
-    kick = body.untangled_motion(hemline.motions.load("kick").resampled(30.0))
+    kick = body.untangle_motion(hemline.motions.load("kick").resample(30.0))
     player = hemline.Player.prepare(model, body, detail=0.6)
     _, frame = player.step(player.start(kick[30], pre_roll=0.2), kick[30], 1 / 30)
-    assert long_share(player, frame.held) < 0.9 * long_share(player, frame.animated)
+    assert long_share(player, frame.before_projection) < 0.9 * long_share(player, frame.animated)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.collide import LayeredProjector, GarmentOnBody, inside, winding_numbers
+from hemline.collide import GarmentOnBody, LayeredProjector, inside, winding_numbers
 from hemline.collide.layers.closed_cloth import ClosedCloth
 from hemline.collide.surface.patches import make_patches
 from hemline.meshes import ClosestTree, boundary_loops, vertex_normals

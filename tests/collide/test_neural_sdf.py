@@ -35,12 +35,12 @@ def posed(seed: int = 0):
 def network(inputs, width: int = 32) -> NeuralSdf:
     """One that nobody trained; its last layer is large, so that all layers are seen in the result."""
     body = bodies.load("anny24")
-    drawn = DistanceNetwork.drawn(inputs, width=width, condition=154, seed=3)
+    drawn = DistanceNetwork.initialize(inputs, width=width, condition=154, seed=3)
     with torch.no_grad():
         drawn.layers["fusion1"][0].normal_(0, 0.3, generator=torch.Generator().manual_seed(1))
         for name in LAYERS:
             drawn.layers[name][1].normal_(0, 0.05, generator=torch.Generator().manual_seed(2))
-    return drawn.rounded((body.name, body.hash), (-2.5, 2.5), {})
+    return drawn.to_neural_sdf((body.name, body.hash), (-2.5, 2.5), {})
 
 
 def around(body, count: int = 200, seed: int = 5) -> np.ndarray:
@@ -143,7 +143,7 @@ def test_rigid_motion_of_body_and_points_changes_no_distance(inputs):
 
 
 def test_the_network_of_the_paper_begins_as_a_sphere():
-    network = DistanceNetwork.drawn("point", width=512, condition=154, seed=0)
+    network = DistanceNetwork.initialize("point", width=512, condition=154, seed=0)
     random = np.random.default_rng(0)
     directions = random.normal(size=(200, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -161,8 +161,8 @@ def test_the_network_of_the_paper_begins_as_a_sphere():
 def test_the_capsules_follow_the_shape_and_the_start_is_the_distance_to_them():
     capsules = BoneCapsules.of(posed().shaped)
     assert capsules.radii.min() > 0.01 and capsules.radii.max() < 0.3
-    drawn = DistanceNetwork.drawn("bones", width=32, condition=154, seed=0)
-    model = drawn.rounded(("anny24", bodies.load("anny24").hash), (-2, 2), {})
+    drawn = DistanceNetwork.initialize("bones", width=32, condition=154, seed=0)
+    model = drawn.to_neural_sdf(("anny24", bodies.load("anny24").hash), (-2, 2), {})
     body, points = posed(), around(posed())
     features, _ = model.at(body).inputs.features(points, jacobians=False)
     assert np.abs(model.at(body).signed_distances(points) - features[:, NEAREST] / 5).mean() < 0.03

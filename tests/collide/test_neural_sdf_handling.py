@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hemline.collide.neural_sdf.distance import Distance
-from hemline.collide.neural_sdf.handling import Neighbours, push_out, push_out_by_scale, push_out_by_distance
+from hemline.collide.neural_sdf.handling import Neighbours, push_out, push_out_by_distance, push_out_by_scale
 from hemline.errors import BadMesh
 
 RADIUS = 0.3
@@ -91,7 +91,9 @@ def test_weights_of_far_neighbours_still_have_sum_one():
     faces = np.array([[0, 1, 2], [0, 3, 4], [0, 4, 3], [3, 4, 0], [3, 0, 4]], np.int32)
     neighbours = Neighbours(Neighbours.of(vertices, faces).pairs, 0.001)  # exp(-9 / 2e-6) is zero in float64
     found = push_out(vertices, Sphere(), neighbours)
-    assert np.linalg.norm(found.vertices[0]) - RADIUS == pytest.approx(Sphere().signed_distances(vertices[1:3]).mean(), rel=0.01)
+    assert np.linalg.norm(found.vertices[0]) - RADIUS == pytest.approx(
+        Sphere().signed_distances(vertices[1:3]).mean(), rel=0.01
+    )
 
 
 def test_the_baselines_move_by_one_length_and_by_one_share_of_the_depth():

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hemline.collide import Projector, WholeCloth, WholeState, GarmentOnBody
+from hemline.collide import GarmentOnBody, Projector, WholeCloth, WholeState
 from hemline.errors import BadGarment
 from hemline.motions.quaternions import from_axis_angle, rotate
 from tests.collide.projection_samples import two_balls

@@ -3,10 +3,10 @@
 import numpy as np
 
 from hemline import garments
-from hemline.collide import WholeCloth, WholeSettings, GarmentOnBody
-from hemline.collide.whole.limit_kernels import PUSH, decay_shifts, limit_coarse, limit_fine, carry_vertices
+from hemline.collide import GarmentOnBody, WholeCloth, WholeSettings
+from hemline.collide.whole.limit_kernels import PUSH, carry_vertices, decay_shifts, limit_coarse, limit_fine
 from hemline.collide.whole.models import coarse_model, fine_model
-from hemline.collide.whole.plane_kernels import fill_cells, grid_around, constrain_samples
+from hemline.collide.whole.plane_kernels import Samples, constrain_samples, fill_cells, grid_around
 from hemline.meshes import ClosestTree, geodesic_distances, rest_lengths
 from tests.collide.projection_samples import clip
 from tests.collide.whole_samples import DT, RADIUS, at, prepared, sheet
@@ -160,16 +160,14 @@ def test_samples_near_the_skin_are_held_over_their_nearest_place():
     near = constrain_samples(
         surface.skin,
         whole.limbs,
-        whole.cells(surface),
+        whole.limb_grid(surface),
         points,
         np.zeros((60, 3), np.float32),
         whole.coarse,
-        np.arange(count),
-        False,
-        0,
-        whole.margins,
-        np.float32(settings.reach),
+        Samples(np.arange(count), whole.margins, np.float32(settings.reach)),
         memory,
+        0,
+        False,
         planes,
         held,
     )
@@ -190,7 +188,9 @@ def test_pins_of_a_garment_are_where_the_simulation_has_them():
         worn = GarmentOnBody.of(shaped, garment.vertices)
         whole = WholeCloth.prepare(shaped, garment, worn, WholeSettings(controls=50, samples=50))
         surface = worn.surface(poses[0])
-        places = surface.out_of_bone_frame(whole.pin_places(poses[0], surface), np.arange(len(whole.pins), dtype=np.int32))
+        places = surface.out_of_bone_frame(
+            whole.pin_places(poses[0], surface), np.arange(len(whole.pins), dtype=np.int32)
+        )
         number = np.argsort(garment.pins.vertices)
         expected = garment.pins.on(poses[0])[number]
         found = places[np.argsort(worn.order[whole.pins])]

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hemline.collide import WholeCloth, WholeSettings, GarmentOnBody
+from hemline.collide import GarmentOnBody, WholeCloth, WholeSettings
 from hemline.garments import Pins
 from tests.collide.projection_samples import spheres
 

@@ -34,7 +34,7 @@ CROWD = """
 import hemline
 body, run = hemline.bodies.load("anny24").shaped(), hemline.motions.load("run")
 garment = hemline.garments.load("tshirt-light")
-players = [hemline.Player.prepare(hemline.load("live").worn_by(garment, body), body) for _ in range(2)]
+players = [hemline.Player.prepare(hemline.load("live").animator_for(garment, body), body) for _ in range(2)]
 states = [player.start(run[0]) for player in players]
 for index in range(3):
     states, frames = hemline.crowd(players, states, [run[index]] * 2, 1 / 30)

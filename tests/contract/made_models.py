@@ -25,12 +25,12 @@ from hemline.animators.lag.lag_net import LagNet, layer_sizes
 from hemline.animators.lag.lag_network import LagNetwork
 from hemline.animators.live import AnimatorLive, Live
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
-from hemline.animators.ropes.bones.body_inputs import COUNT
+from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT
 from hemline.animators.ropes.bones.learned_bones import LearnedBones
-from hemline.animators.ropes.layout.layout import lay_out
+from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.swingar import SwingarConfig
 from hemline.animators.swingar.estimator_config import EstimatorConfig, weight_shapes
-from hemline.animators.swingar.graph_inputs import STATE_TOLD, TOLD
+from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX_FEATURES
 from hemline.animators.swingar.graph_network import GraphNetwork
 from hemline.animators.swingar.runtime import RuntimeEstimator
 from hemline.bodies import ShapedBody
@@ -62,7 +62,7 @@ def ropes_model() -> AnimatorRopes:
     """Smooth bases and networks small enough that the cape stays a cape."""
     random = np.random.default_rng(0)
     garment = small_cape()
-    ropes = lay_out(garment, body())
+    ropes = build_ropes(garment, body())
     rows, inputs, modes = garment.vertices.size, 3 * ropes.node_count, 8
     smooth = np.cumsum(random.normal(size=(2 * modes, rows)), axis=1)
     basis = np.linalg.qr(smooth.T)[0].T.astype(np.float32)
@@ -104,13 +104,13 @@ def learned_model(reach: float = 9.0, clearance: float = 0.0) -> AnimatorRopes:
     free = np.flatnonzero(model.ropes.parents >= 0)
     smooth = np.cumsum(random.normal(size=(modes, 3 * len(free))), axis=1)
     basis = np.ascontiguousarray(np.linalg.qr(smooth.T)[0].T, np.float32)
-    back = [1e-3 * random.normal(size=(modes, COUNT)), -0.1 * np.eye(modes), -0.3 * np.eye(modes)]
-    sizes = ((2 * modes, COUNT + 2 * modes), (2 * modes, 2 * modes), (modes, 2 * modes))
+    back = [1e-3 * random.normal(size=(modes, BODY_INPUT_COUNT)), -0.1 * np.eye(modes), -0.3 * np.eye(modes)]
+    sizes = ((2 * modes, BODY_INPUT_COUNT + 2 * modes), (2 * modes, 2 * modes), (modes, 2 * modes))
     layers = [(np.zeros(size), np.zeros(size[0])) for size in sizes]
     as_network(np.concatenate(back, axis=1), np.zeros(modes), layers)
     network = Mlp.as_stored([weights for weights, _ in layers], [biases for _, biases in layers])
-    far = np.full(COUNT + 2 * modes, 9.0, np.float32)
-    far[:COUNT] = reach
+    far = np.full(BODY_INPUT_COUNT + 2 * modes, 9.0, np.float32)
+    far[:BODY_INPUT_COUNT] = reach
     return replace(model, learned=LearnedBones(basis, network, -far, far, 1 / 30, clearance))
 
 
@@ -170,7 +170,7 @@ def rigged_model() -> AnimatorAgentDress:
     rest = body().rest_pose
     posed = [body().posed(Pose(turned, rest.translation)) for turned in tables.rotations[:count]]
     worn = np.array([binding.posed(each.transforms, tables.rest, tables.offset) for each in posed])
-    weights = binding.shares() * random.uniform(0.5, 1.5, (count, 1, 24))
+    weights = binding.dense_weights() * random.uniform(0.5, 1.5, (count, 1, 24))
     rigging = Rigging(
         np.array([each.transforms for each in posed], np.float64), worn, weights / weights.sum(axis=2, keepdims=True)
     )
@@ -216,9 +216,13 @@ def swingar_model() -> CoarseAnimator:
     """The small cape, moved by a small estimator whose weights were drawn by chance."""
     random = np.random.default_rng(4)
     sizes = {"graph": 8, "motion": 8, "state": 8, "blend": 8, "blend_last": 8, "corrective": 8, "corrective_heads": 1}
-    estimator = EstimatorConfig(**sizes, body=88, told=TOLD, state_told=STATE_TOLD, displacement=8)
+    estimator = EstimatorConfig(**sizes, body=88, told=VERTEX_FEATURES, state_told=STATE_FEATURES, displacement=8)
     drawn = {name: 0.1 * random.normal(size=shape) for name, shape in weight_shapes(estimator).items()}
-    drawn |= {"told_spread": np.ones(TOLD), "blend_scale": np.full(1, 0.01), "corrective_scale": np.full(1, 0.01)}
+    drawn |= {
+        "told_spread": np.ones(VERTEX_FEATURES),
+        "blend_scale": np.full(1, 0.01),
+        "corrective_scale": np.full(1, 0.01),
+    }
     arrays = {name: each.astype(np.float32) for name, each in drawn.items()}
     network = GraphNetwork(RuntimeEstimator.of(estimator, arrays, "float32"))
     known = Relatives(["a", "b"], random.normal(size=(2, 256)).astype(np.float32))

@@ -5,7 +5,7 @@ import copy
 import numpy as np
 import pytest
 
-from hemline.animators import Animator, AnimatorKind, Driven, Settled, animator_kind, animator_names
+from hemline.animators import Animator, AnimatorKind, Driven, Settled, Windy, animator_kind, animator_names
 from hemline.errors import BadInput
 from hemline.playback import Player
 from tests.contract.made_models import ANIMATORS, body, turned_about_the_vertical, vertical, walk
@@ -132,6 +132,20 @@ def test_following_the_truth_needs_no_history(animator):
     np.testing.assert_array_equal(late, again)
 
 
+def test_wind_moves_the_garment_and_states_go_on_in_it(animator):
+    if not isinstance(animator, Windy):
+        pytest.skip(f"{animator.name} takes no wind")
+    posed, ends = body().posed(body().rest_pose), []
+    start = animator.start(posed)
+    for each in (animator, animator.in_wind((0.0, 0.0, 6.0)), animator):
+        state = start
+        for _ in range(10):
+            state, vertices = each.step(state, posed, DT)
+        ends.append(vertices)
+    assert (ends[1] - ends[0])[:, 2].mean() > 1e-3
+    np.testing.assert_array_equal(ends[0], ends[2])
+
+
 def test_settled_garments_are_not_drawn_together(animator):
     """A settled garment may be stretched by a body; all others are held in one piece."""
     player = Player.prepare(animator, body())
@@ -139,7 +153,7 @@ def test_settled_garments_are_not_drawn_together(animator):
     assert player.cover is not None
     if isinstance(animator, Settled):
         posed = body().posed(walk(3)[2])
-        assert animator.settled(posed).shape == animator.garment.vertices.shape
+        assert animator.drape(posed).shape == animator.garment.vertices.shape
 
 
 def test_save_and_load_give_the_same_bits(animator, tmp_path):

@@ -7,8 +7,14 @@ import numpy as np
 import pytest
 
 from hemline.animators.ropes.bones import bone_source
-from hemline.animators.ropes.bones.body_input_kernels import see_body
-from hemline.animators.ropes.bones.body_inputs import AT_REST, COUNT, SEEN, BodyAtRest, body_inputs
+from hemline.animators.ropes.bones.body_input_kernels import write_body_inputs
+from hemline.animators.ropes.bones.body_inputs import (
+    BODY_INPUT_COUNT,
+    INPUT_JOINTS,
+    REST_INPUTS,
+    BodyAtRest,
+    body_inputs,
+)
 from hemline.animators.ropes.bones.bone_contact_kernels import push_points_out
 from hemline.animators.ropes.bones.bone_limit_kernels import limit_bones
 from hemline.animators.ropes.bones.learned_bones import LearnedBones
@@ -51,10 +57,10 @@ def made() -> LearnedBones:
 
 def silent(clearance: float) -> LearnedBones:
     """All directions, and a network that says nothing: bones are free bodies without weight."""
-    rows, count = made().modes.shape[1], COUNT
+    rows, count = made().modes.shape[1], BODY_INPUT_COUNT
     far = np.full(count + 2 * rows, 9.0, np.float32)
     sizes = ((4, count + 2 * rows), (4, 4), (rows, 4))
-    network = Mlp.rounded([np.zeros(size) for size in sizes], [np.zeros(size[0]) for size in sizes])
+    network = Mlp.from_weights([np.zeros(size) for size in sizes], [np.zeros(size[0]) for size in sizes])
     modes = np.eye(rows, dtype=np.float32)
     return replace(made(), modes=modes, network=network, low=-far, high=far, clearance=clearance)
 
@@ -89,7 +95,7 @@ def test_inputs_of_the_body_do_not_say_where_in_the_world_it_stands_or_looks():
     poses = [turned_about_the_vertical(motion[k], 2.0, shift) for k in range(4)]
     elsewhere = np.stack([body().posed(pose).transforms for pose in poses]).astype(np.float64)
     one, other = (body_inputs(at_rest(), *frames[:3], H, H) for frames in (transforms(motion), elsewhere))
-    assert one.shape == (COUNT,)
+    assert one.shape == (BODY_INPUT_COUNT,)
     np.testing.assert_allclose(one, other, atol=2e-4)  # poses are float32, velocities divided by a frame
 
 
@@ -98,8 +104,8 @@ def test_one_frame_sees_what_many_see():
     frames = transforms(walk(5))
     for k in range(3):
         expected = body_inputs(at_rest(), *frames[k : k + 3], H, 0.4 * H)
-        found = np.empty(COUNT)
-        see_body(at_rest().joints, at_rest().key, SEEN, *frames[k : k + 3], H, 0.4 * H, found)
+        found = np.empty(BODY_INPUT_COUNT)
+        write_body_inputs(at_rest().joints, at_rest().key, INPUT_JOINTS, *frames[k : k + 3], H, 0.4 * H, found)
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
@@ -114,16 +120,16 @@ def test_full_steps_are_the_same_at_any_frame_rate():
     """Twice as many frames pass through the same full steps; where frames fall between them, nearly."""
     motion = walk(31)
     slow, begun = steps(made(), transforms(motion), H)
-    fast, _ = steps(made(), transforms(motion.resampled(60))[1:], H / 2, begun[0])
+    fast, _ = steps(made(), transforms(motion.resample(60))[1:], H / 2, begun[0])
     np.testing.assert_allclose(fast[1::2][:30], slow[1:], atol=1e-6)
-    film, _ = steps(made(), transforms(motion.resampled(24))[1:], 1 / 24, begun[0])
+    film, _ = steps(made(), transforms(motion.resample(24))[1:], 1 / 24, begun[0])
     assert np.linalg.norm(film[23] - slow[30], axis=1).max() < 0.02
     assert np.ptp(slow[:, -1], axis=0).max() > 0.3  # the hem went a long way
 
 
 def test_a_frame_in_between_lies_on_a_smooth_way():
     motion = walk(40)
-    fine = transforms(motion.resampled(240))
+    fine = transforms(motion.resample(240))
     found, _ = steps(made(), fine, 1 / 240)
     local = np.stack([(x - f[12, :, 3]) @ f[12, :, :3] for x, f in zip(found, fine, strict=True)])
     leaps = np.abs(np.diff(local, axis=0)).max(axis=(1, 2))
@@ -139,7 +145,7 @@ def test_a_teleport_carries_bones_and_their_swing_along():
     # the jump takes the place of the body's way in that frame: the pose before it is shown again, elsewhere
     jumped.insert(15, turned_about_the_vertical(motion[14], angle, shift))
     there, states = played(model, jumped)
-    assert max(float(state.bones.share) for state in states) == 0
+    assert max(float(state.bones.ropes_weight) for state in states) == 0
     back = (there[16:] - shift) @ vertical(angle)
     reach = np.linalg.norm(here[15:] - here[15:].mean(axis=1, keepdims=True), axis=2).max()
     assert np.linalg.norm(back - here[15:], axis=2).mean() < 0.05 * reach
@@ -151,8 +157,8 @@ def test_a_body_that_stands_still_in_its_rest_pose_leaves_every_bone_where_it_ha
     learned, free = model.learned, np.flatnonzero(model.ropes.parents >= 0)
     assert learned is not None
     assert (model.ropes.chains.clearances[free] < 0.05).any()
-    seen = np.concatenate([AT_REST, np.zeros(len(learned.low) - COUNT, np.float32)])
-    model = replace(model, learned=replace(learned, network=learned.network.vanishing_at(seen)))
+    seen = np.concatenate([REST_INPUTS, np.zeros(len(learned.low) - BODY_INPUT_COUNT, np.float32)])
+    model = replace(model, learned=replace(learned, network=learned.network.with_zero_at(seen)))
     posed = body().posed(body().rest_pose)
     state, rest = model.source.start(posed), model.ropes.rest
     for _ in range(60):
@@ -164,7 +170,7 @@ def test_bones_cannot_run_away_farther_than_in_the_training():
     """A network that blows up: coefficients stay in their range, and ropes take over."""
     wild = replace(made().network, biases=(*made().network.biases[:2], made().network.biases[2] + 5))
     near = np.full(len(made().low), 0.3, np.float32)
-    near[:COUNT] = 9
+    near[:BODY_INPUT_COUNT] = 9
     learned = replace(made(), network=wild, low=-near, high=near)
     found, _ = steps(learned, transforms(walk()), H)
     rest = ropes_model().ropes.rest[np.flatnonzero(ropes_model().ropes.parents >= 0)]
@@ -172,7 +178,7 @@ def test_bones_cannot_run_away_farther_than_in_the_training():
         local = (bones - frame[12, :, 3]) @ frame[12, :, :3] - rest
         assert np.abs(learned.modes @ local.reshape(-1)).max() < 0.3 + 0.05  # pushed out of the body after that
     _, states = played(replace(learned_model(), learned=learned), poses_of(walk()))
-    assert float(states[-1].bones.share) == 1
+    assert float(states[-1].bones.ropes_weight) == 1
 
 
 def test_a_minute_goes_by_without_drift():
@@ -232,7 +238,7 @@ def test_out_of_the_range_of_the_training_ropes_take_over_and_give_back_without_
     wild = walk(60, fps=8.0)
     poses = [still] * 30 + poses_of(wild) + [wild[59]] * 120
     frames, states = played(model, poses)
-    shares = np.array([float(state.bones.share) for state in states])
+    shares = np.array([float(state.bones.ropes_weight) for state in states])
     assert shares[29] == 0 and shares.max() == 1 and shares[-1] == 0
     assert np.abs(np.diff(shares)).max() <= H / 0.2 + 1e-9
     free = np.stack([(x - p.translation) for x, p in zip(frames, poses, strict=True)])
@@ -249,7 +255,7 @@ def test_while_they_are_not_asked_ropes_rest_and_learned_bones_follow():
     roped = learned_model(0.001)
     _, states = played(roped, poses_of(walk(30)))
     end = states[-1].bones
-    assert float(end.share) == 1
+    assert float(end.ropes_weight) == 1
     free = np.flatnonzero(roped.ropes.parents >= 0)
     np.testing.assert_array_equal(end.learned.positions[1], end.ropes.positions[free])
 
@@ -261,7 +267,7 @@ def test_while_ropes_take_over_learned_bones_are_drawn_to_them(monkeypatch):
     drawn = model.step(states[-1], posed, H)[0].bones
     monkeypatch.setattr(bone_source, "SECONDS_TO_FOLLOW", math.inf)
     alone = model.step(states[-1], posed, H)[0].bones
-    share = float(drawn.share)
+    share = float(drawn.ropes_weight)
     assert 0.3 < share < 0.9
     away = drawn.ropes.positions[free] - alone.learned.positions[1]
     assert np.abs(away).max() > 1e-3
@@ -321,7 +327,7 @@ def test_a_network_that_tears_the_bones_apart_is_held_back():
     posed = body().posed(walk()[1])
     state, _ = model.step(state, posed, H)
     positions = np.empty((ropes.node_count, 3))
-    positions[ropes.kinematic], positions[free] = ropes.carried(posed), state.bones.learned.positions[1]
+    positions[ropes.kinematic], positions[free] = ropes.kinematic_positions(posed), state.bones.learned.positions[1]
     spans = np.linalg.norm(positions[free] - positions[free - 1], axis=1)
     assert (spans <= 1.1 * ropes.lengths[free] + 1e-9).all()
 
@@ -329,13 +335,13 @@ def test_a_network_that_tears_the_bones_apart_is_held_back():
 @pytest.mark.parametrize("make", [ropes_model, lambda: learned_model(0.001)])
 def test_ropes_that_leave_each_other_are_shown_together(make):
     """Chains side by side that fly apart: bones are shown no farther apart than the cloth between them allows."""
-    model = replace(make(), correction=make().correction.silent())
+    model = replace(make(), correction=make().correction.with_zero_output())
     state, ropes = model.start(body().posed(walk()[0])), model.ropes
     bones, chains = state.bones, model.ropes.chains
     free = np.flatnonzero(ropes.parents >= 0)
     flying = bones.ropes.positions.copy()
     flying[free, 0] += 0.4 * np.sign(flying[free, 0])
-    bones = replace(bones, ropes=replace(bones.ropes, positions=flying), share=np.asarray(1.0))
+    bones = replace(bones, ropes=replace(bones.ropes, positions=flying), ropes_weight=np.asarray(1.0))
     posed = body().posed(walk()[1])
     after, moved = model.source.step(bones, posed, H, state.rest_bones)
 

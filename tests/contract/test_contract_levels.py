@@ -40,7 +40,7 @@ def test_states_can_be_exchanged(model, poses):
     for index, posed in enumerate(poses):
         state, vertices = model.step(state, posed, DT)
         mixed, shown = (level if index % 2 else model).step(mixed, posed, DT)
-        np.testing.assert_array_equal(shown, vertices[level.kept] if index % 2 else vertices)
+        np.testing.assert_array_equal(shown, vertices[level.vertex_ids] if index % 2 else vertices)
 
 
 def test_driven_by_the_truth_it_shows_the_same_vertices(model, poses):
@@ -49,7 +49,7 @@ def test_driven_by_the_truth_it_shows_the_same_vertices(model, poses):
     state = model.start(poses[0])
     if isinstance(model, Driven):
         full, some = (each.follow(state, poses[3], DT, truth)[1] for each in (model, level))
-        np.testing.assert_array_equal(some, full[level.kept])
+        np.testing.assert_array_equal(some, full[level.vertex_ids])
 
 
 def test_what_knows_shapes_knows_them_at_every_level(model, poses):
@@ -59,10 +59,10 @@ def test_what_knows_shapes_knows_them_at_every_level(model, poses):
     if not (isinstance(model, Redressing) and isinstance(model, Settled)):
         return
     posed, nominal = body().body.shaped([1.5, -1.0]).posed(poses[3].pose), poses[3]
-    state = model.reshaped(model.start(poses[0]), posed.shaped)
+    state = model.reshape(model.start(poses[0]), posed.shaped)
     full, some = (each.redress(state, posed, DT, truth, nominal)[1] for each in (model, level))
-    np.testing.assert_array_equal(some, full[level.kept])
-    np.testing.assert_array_equal(level.settled(posed), model.settled(posed)[level.kept])
+    np.testing.assert_array_equal(some, full[level.vertex_ids])
+    np.testing.assert_array_equal(level.drape(posed), model.drape(posed)[level.vertex_ids])
     assert level.beta_range == model.beta_range and level.novelty(state) == pytest.approx(
         model.novelty(state), nan_ok=True
     )
@@ -72,7 +72,7 @@ def test_on_another_shape_it_shows_the_same_vertices(model):
     other = body().body.shaped([1.5, -1.0])
     posed, level = other.posed(other.rest_pose), model.at_detail(0.8)
     full, some = (each.step(each.start(posed), posed, DT)[1] for each in (model, level))
-    np.testing.assert_array_equal(some, full[level.kept])
+    np.testing.assert_array_equal(some, full[level.vertex_ids])
 
 
 def test_its_file_is_that_of_the_full_one(model, tmp_path):

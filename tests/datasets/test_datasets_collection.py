@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hemline import bodies
 from hemline.datasets import create, open_collection
 from hemline.errors import BadDataset
 from tests.datasets.dataset_samples import make_garment, make_take
@@ -31,6 +32,11 @@ def groups(collection, entries, by):
     if by == "subject":
         return {entry.row.subject for entry in entries}
     return {collection.datasets[entry.dataset].garment.hash for entry in entries}
+
+
+def test_datasets_carry_their_body(folders):
+    collection, body = open_collection(folders), bodies.load("anny24")
+    assert collection.datasets[0].body is body and collection.bodies == (body, body, body)
 
 
 @pytest.mark.parametrize("by", ["subject", "garment"])

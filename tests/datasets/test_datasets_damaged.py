@@ -61,10 +61,10 @@ def test_a_damaged_take_is_renamed_with_its_bytes_and_counts_as_none(dataset, vi
     with pytest.raises(DamagedTake, match=f"{victim.name}.*it puts the file aside"):
         dataset.rows()
     with pytest.warns(HemlineWarning, match=rf"{victim.name}.*it is kept as {victim.name}.damaged and made again"):
-        assert dataset.kept(inputs) is None
+        assert dataset.find_by_inputs(inputs) is None
     assert not victim.exists()
     assert victim.with_name(f"{victim.name}.damaged").read_bytes() == damaged
-    assert [row.clip for row in dataset.rows()] == ["05_02"] and dataset.kept(inputs) is None
+    assert [row.clip for row in dataset.rows()] == ["05_02"] and dataset.find_by_inputs(inputs) is None
 
 
 def test_one_that_is_damaged_again_gets_a_name_of_its_own(dataset, victim):
@@ -130,7 +130,7 @@ def test_what_may_be_whole_stays_and_is_said(dataset, victim, name):
     change(victim)
     before = left(dataset)
     with pytest.raises(BadDataset, match=message) as found:
-        dataset.kept(inputs)
+        dataset.find_by_inputs(inputs)
     assert not isinstance(found.value, DamagedTake)
     if name != "of other inputs":
         with pytest.raises(BadDataset, match=message):
@@ -150,7 +150,7 @@ if sys.argv[2] == "files":
             held.append(os.open(os.devnull, os.O_RDONLY))
     except OSError:
         pass
-for attempt in (lambda: dataset.sound(sys.argv[3]), dataset.put_damaged_aside):
+for attempt in (lambda: dataset.find(sys.argv[3]), dataset.put_damaged_aside):
     try:
         attempt()
         print("read")

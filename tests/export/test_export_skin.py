@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from hemline.errors import BadInput
 from hemline.export import skin_clip, write
-from hemline.export.glb.glb_quantized import QuantizedGrid, quantized_weights, normal_differences
+from hemline.export.glb.glb_quantized import QuantizedGrid, normal_differences, quantized_weights
 
 
 def played(skeleton):

@@ -94,7 +94,7 @@ def test_the_body_and_the_cape_are_where_the_player_puts_them(person, body):
     assert np.abs(rest - body.posed(Pose(still, person.joints[0])).vertices).max() < 1e-5
     assert abs(rest[:, 1].min()) < 1e-5
     cape = worn(person.meshes[0], person)
-    nodes = hemline.load("cape").ropes.embedded(cape)
+    nodes = hemline.load("cape").ropes.positions_on(cape)
     assert np.abs(nodes[-len(person.chains.bones) :] - person.chains.bones).max() < 1e-5
 
 

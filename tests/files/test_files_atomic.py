@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from hemline.errors import BadOutput
-from hemline.files import check_folder, check_writable, waiting, written_together, written_whole
+from hemline.files import atomic_write, atomic_writes, check_folder, check_writable, waiting
 from tests.files.killed import killed_at_each_step, limited
 
 OLD, NEW = b"old " * 5000, b"new " * 7000
@@ -23,9 +23,9 @@ def names(folder: Path) -> list[str]:
 
 def test_a_writer_killed_at_any_step_leaves_the_old_or_the_new_file_and_the_next_one_tidies_up(tmp_path):
     work = f"""
-from hemline.files import written_whole
+from hemline.files import atomic_write
 def work():
-    with written_whole("file.bin") as temporary, temporary.open("wb") as stream:
+    with atomic_write("file.bin") as temporary, temporary.open("wb") as stream:
         stream.write({NEW!r}[:9000])
         stream.flush()
         open("/dev/null").close()  # a step in the midst of writing
@@ -45,9 +45,9 @@ def work():
 
 def test_a_writer_killed_before_there_was_a_file_leaves_none_or_the_whole(tmp_path):
     work = f"""
-from hemline.files import written_whole
+from hemline.files import atomic_write
 def work():
-    with written_whole("file.bin") as temporary:
+    with atomic_write("file.bin") as temporary:
         temporary.write_bytes({NEW!r})
 """
     path = tmp_path / "file.bin"
@@ -58,8 +58,8 @@ def work():
 
 WAITING = """
 import sys
-from hemline.files import written_whole
-with written_whole("file.bin") as temporary:
+from hemline.files import atomic_write
+with atomic_write("file.bin") as temporary:
     temporary.write_bytes(b"mine")
     print("writing", flush=True)
     sys.stdin.readline()
@@ -79,7 +79,7 @@ def test_what_a_living_writer_holds_stays_and_what_a_killed_one_left_goes(tmp_pa
     assert len(names(tmp_path)) == 2
     killed.send_signal(signal.SIGKILL)
     killed.communicate()
-    with written_whole(tmp_path / "file.bin") as temporary:
+    with atomic_write(tmp_path / "file.bin") as temporary:
         temporary.write_bytes(b"ours")
     assert len(names(tmp_path)) == 2 and (tmp_path / "file.bin").read_bytes() == b"ours"
     living.communicate("go on\n")
@@ -93,7 +93,7 @@ def test_without_locks_files_are_written_and_nothing_is_taken_for_abandoned(tmp_
     killed.communicate()
     left = names(tmp_path)
     monkeypatch.setattr(waiting, "fcntl", None)
-    with written_whole(tmp_path / "file.bin") as temporary:
+    with atomic_write(tmp_path / "file.bin") as temporary:
         temporary.write_bytes(NEW)
     assert names(tmp_path) == sorted([*left, "file.bin"])
 
@@ -103,7 +103,7 @@ def test_what_another_machine_or_somebody_else_left_stays(tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / (waiting.PREFIX + "link")).symlink_to("mine")
     before = names(tmp_path)
-    with written_whole(tmp_path / "file.bin") as temporary:
+    with atomic_write(tmp_path / "file.bin") as temporary:
         temporary.write_bytes(NEW)
     assert names(tmp_path) == sorted([*before, "file.bin"])
 
@@ -111,10 +111,10 @@ def test_what_another_machine_or_somebody_else_left_stays(tmp_path):
 def test_a_failure_within_leaves_the_old_file_and_nothing_else(tmp_path):
     path = tmp_path / "file.bin"
     path.write_bytes(OLD)
-    with pytest.raises(KeyboardInterrupt), written_whole(path) as temporary:
+    with pytest.raises(KeyboardInterrupt), atomic_write(path) as temporary:
         temporary.write_bytes(NEW)
         raise KeyboardInterrupt
-    with pytest.raises(BadOutput, match="cannot write .*file.bin; got No such file"), written_whole(path):
+    with pytest.raises(BadOutput, match="cannot write .*file.bin; got No such file"), atomic_write(path):
         pass  # nothing was written, so there is nothing to put in its place
     assert names(tmp_path) == ["file.bin"] and path.read_bytes() == OLD
 
@@ -123,9 +123,9 @@ def test_a_full_disk_is_one_line_and_keeps_the_old_file(tmp_path):
     (tmp_path / "file.bin").write_bytes(OLD)
     program = """
 from hemline.errors import BadOutput
-from hemline.files import written_whole
+from hemline.files import atomic_write
 try:
-    with written_whole("file.bin") as temporary:
+    with atomic_write("file.bin") as temporary:
         temporary.write_bytes(bytes(9000))
 except BadOutput as error:
     print(error)
@@ -145,7 +145,7 @@ def test_bytes_are_on_the_disk_before_a_name_leads_to_them_and_the_name_after(tm
         real(descriptor)
 
     monkeypatch.setattr(os, "fsync", fsync)
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(NEW)
     assert seen == [(path.stat().st_ino, OLD), (tmp_path.stat().st_ino, NEW)]
 
@@ -156,7 +156,7 @@ def test_a_new_file_has_the_mode_that_the_umask_asks_for_which_nobody_changes(tm
     try:
         with monkeypatch.context() as patched:
             patched.setattr(os, "umask", lambda _: pytest.fail("other threads make files meanwhile"))
-            with written_whole(tmp_path / "file.bin") as temporary:
+            with atomic_write(tmp_path / "file.bin") as temporary:
                 temporary.write_bytes(NEW)
                 assert stat.S_IMODE(temporary.parent.stat().st_mode) == 0o700
     finally:
@@ -169,7 +169,7 @@ def test_a_file_that_is_replaced_hands_on_its_mode(tmp_path, mode):
     path = tmp_path / "file.bin"
     path.write_bytes(OLD)
     path.chmod(mode)
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(NEW)
     assert stat.S_IMODE(path.stat().st_mode) == mode and path.read_bytes() == NEW
 
@@ -180,7 +180,7 @@ def test_a_file_of_another_owner_stays_theirs(tmp_path):
     path.write_bytes(OLD)
     os.chown(path, 1234, 4321)
     path.chmod(0o600)
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(NEW)
     status = path.stat()
     assert (status.st_uid, status.st_gid, stat.S_IMODE(status.st_mode)) == (1234, 4321, 0o600)
@@ -194,7 +194,7 @@ def test_a_link_stays_a_link_and_its_file_is_written(tmp_path, there):
         target.write_bytes(OLD)
     link.symlink_to("elsewhere/file.bin")
     check_writable(link)
-    with written_whole(link) as temporary:
+    with atomic_write(link) as temporary:
         temporary.write_bytes(NEW)
         assert temporary.parent.parent == target.parent  # on the same disk
     assert os.readlink(link) == "elsewhere/file.bin" and target.read_bytes() == NEW
@@ -245,7 +245,7 @@ def test_what_is_no_file_is_refused_and_stays(tmp_path, kind, said):
 
 
 def write_new(path: Path) -> None:
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(NEW)
 
 
@@ -259,13 +259,13 @@ def test_of_several_files_none_is_replaced_until_all_are_written(tmp_path):
     paths = [tmp_path / "one.obj", tmp_path / "two.pc2"]
     for path in paths:
         path.write_bytes(OLD)
-    with written_together(paths) as temporaries:
+    with atomic_writes(paths) as temporaries:
         assert [each.suffix for each in temporaries] == [".obj", ".pc2"]
         for temporary in temporaries:
             temporary.write_bytes(NEW)
         assert {path.read_bytes() for path in paths} == {OLD}
     assert {path.read_bytes() for path in paths} == {NEW} and names(tmp_path) == ["one.obj", "two.pc2"]
-    with pytest.raises(BadOutput, match="cannot write .*two.pc2; got No such file"), written_together(paths) as both:
+    with pytest.raises(BadOutput, match="cannot write .*two.pc2; got No such file"), atomic_writes(paths) as both:
         both[0].write_bytes(OLD)
     assert {path.read_bytes() for path in paths} == {NEW} and names(tmp_path) == ["one.obj", "two.pc2"]
 
@@ -273,15 +273,15 @@ def test_of_several_files_none_is_replaced_until_all_are_written(tmp_path):
 def test_two_names_of_one_file_are_refused(tmp_path):
     (tmp_path / "two.obj").symlink_to("one.obj")
     both = [tmp_path / "one.obj", tmp_path / "two.obj"]
-    with pytest.raises(BadOutput, match="two.obj; got a link to the file of .*one.obj"), written_together(both):
+    with pytest.raises(BadOutput, match="two.obj; got a link to the file of .*one.obj"), atomic_writes(both):
         pass
     assert names(tmp_path) == ["two.obj"]
 
 
 def test_many_files_need_few_open_ones(tmp_path):
     program = """
-from hemline.files import written_together
-with written_together([f"{number:04d}.obj" for number in range(200)]) as temporaries:
+from hemline.files import atomic_writes
+with atomic_writes([f"{number:04d}.obj" for number in range(200)]) as temporaries:
     for temporary in temporaries:
         temporary.write_bytes(b"v")
 """

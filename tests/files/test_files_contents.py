@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hemline.errors import BadGarment, BadModel
-from hemline.files.contents import AGAIN, array_of, entry, part, refused
+from hemline.files.contents import AGAIN, array_of, damage_as_bad_model, entry, part
 
 ARRAYS = {"net.bias": np.zeros(3, np.float32), "net.weight.rows": np.ones((3, 2), np.int8), "network": np.zeros(1)}
 
@@ -47,11 +47,12 @@ def test_metadata_of_the_type_asked_for():
 
 
 def test_what_damage_raises_becomes_one_error():
-    with pytest.raises(BadModel, match=f"the skirt is damaged; got KeyError: 'x'; {AGAIN}"), refused("the skirt"):
+    message = f"the skirt is damaged; got KeyError: 'x'; {AGAIN}"
+    with pytest.raises(BadModel, match=message), damage_as_bad_model("the skirt"):
         _ = {}["x"]
-    with pytest.raises(BadModel, match="the skirt is damaged; got no hem"), refused("the skirt"):
+    with pytest.raises(BadModel, match="the skirt is damaged; got no hem"), damage_as_bad_model("the skirt"):
         raise BadGarment("no hem", "none", "give one")
-    with pytest.raises(BadModel, match="^as it was; "), refused("the skirt"):
+    with pytest.raises(BadModel, match="^as it was; "), damage_as_bad_model("the skirt"):
         raise BadModel("as it was", "it", "nothing")
-    with pytest.raises(ZeroDivisionError), refused("the skirt"):
+    with pytest.raises(ZeroDivisionError), damage_as_bad_model("the skirt"):
         _ = 1 / 0

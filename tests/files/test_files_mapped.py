@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from hemline.errors import BadOutput
-from hemline.files import mapped_array
+from hemline.files import create_mapped_array
 
 
 def test_what_is_written_is_in_the_file(tmp_path):
-    array = mapped_array(tmp_path / "a.npy", np.float16, (7, 3))
+    array = create_mapped_array(tmp_path / "a.npy", np.float16, (7, 3))
     assert not array.any()
     array[:] = np.arange(21).reshape(7, 3)
     del array
@@ -23,22 +23,22 @@ def test_what_is_written_is_in_the_file(tmp_path):
 
 @pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="room is taken by posix_fallocate, which is not here")
 def test_all_of_its_room_is_taken_at_once(tmp_path):
-    mapped_array(tmp_path / "a.npy", np.float32, (1000, 1000))
+    create_mapped_array(tmp_path / "a.npy", np.float32, (1000, 1000))
     assert 512 * (tmp_path / "a.npy").stat().st_blocks >= 4_000_000
 
 
 def test_where_room_cannot_be_taken_it_is_looked_for(tmp_path, monkeypatch):
     monkeypatch.delattr(os, "posix_fallocate", raising=False)
-    assert mapped_array(tmp_path / "a.npy", np.float32, (10,)).shape == (10,)
+    assert create_mapped_array(tmp_path / "a.npy", np.float32, (10,)).shape == (10,)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: namedtuple("Usage", "free")(1000))
     with pytest.raises(BadOutput, match="cannot write .*b.npy; got No space left on device: 4 MB are needed; free"):
-        mapped_array(tmp_path / "b.npy", np.float32, (1000, 1000))
+        create_mapped_array(tmp_path / "b.npy", np.float32, (1000, 1000))
     assert [path.name for path in tmp_path.iterdir()] == ["a.npy"]
 
 
 def test_a_path_that_cannot_be_written_is_said(tmp_path):
     with pytest.raises(BadOutput, match="cannot write .*a.npy; got No such file"):
-        mapped_array(tmp_path / "no" / "a.npy", np.float32, (10,))
+        create_mapped_array(tmp_path / "no" / "a.npy", np.float32, (10,))
 
 
 FILLED = """

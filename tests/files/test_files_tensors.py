@@ -12,13 +12,13 @@ import pytest
 
 from hemline.errors import BadBody, BadInput, BadOutput
 from hemline.files import (
+    atomic_write,
     check_writable,
     content_hash,
     map_tensors,
     read_metadata,
     read_tensors,
     write_tensors,
-    written_whole,
 )
 
 
@@ -266,7 +266,7 @@ def test_what_is_no_file_is_refused_at_once(tmp_path):
 
 def test_a_failed_write_leaves_what_was_there_and_nothing_else(file):
     file.write_text("before")
-    with pytest.raises(RuntimeError), written_whole(file) as temporary:
+    with pytest.raises(RuntimeError), atomic_write(file) as temporary:
         temporary.write_text("half")
         raise RuntimeError
     assert file.read_text() == "before"
@@ -274,7 +274,7 @@ def test_a_failed_write_leaves_what_was_there_and_nothing_else(file):
 
 
 def test_a_missing_folder_is_refused_before_anything_is_written(tmp_path):
-    with pytest.raises(BadOutput, match="cannot write .*No such file"), written_whole(tmp_path / "no" / "a"):
+    with pytest.raises(BadOutput, match="cannot write .*No such file"), atomic_write(tmp_path / "no" / "a"):
         pass
     with pytest.raises(BadOutput, match="No such file"):
         check_writable(tmp_path / "no" / "a")

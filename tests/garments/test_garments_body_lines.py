@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hemline.garments.cut.body_lines import fit_to_skin, lengths, interpolate_along
+from hemline.garments.cut.body_lines import fit_to_skin, interpolate_along, lengths
 from hemline.meshes import ClosestTree
 
 

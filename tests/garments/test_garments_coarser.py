@@ -7,7 +7,7 @@ import pytest
 
 from hemline import bodies, garments
 from hemline.errors import BadInput
-from hemline.garments import Pins, coarser_garment, worn_together
+from hemline.garments import Pins, coarser_garment, wear_together
 from hemline.meshes import edges
 
 
@@ -51,7 +51,7 @@ def test_a_pinned_line_across_the_cloth_stays_one(cape, shaped):
 
 
 def test_pieces_stay_apart(cape, shaped):
-    both = worn_together([cape, replace(cape, name="over")])
+    both = wear_together([cape, replace(cape, name="over")])
     half, kept = coarser_garment(both, 0.3)
     first = both.pieces[0].vertex_count
     assert [piece.vertex_count for piece in half.pieces] == [(kept < first).sum(), (kept >= first).sum()]

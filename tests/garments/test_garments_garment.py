@@ -143,10 +143,10 @@ def test_refuses_truncated_missing_and_foreign_files(small, tmp_path):
 
 def test_by_name_or_by_path(small, tmp_path):
     small.save(tmp_path / "a.safetensors")
-    assert garments.open_garment(tmp_path / "a.safetensors").hash == small.hash
+    assert garments.read(tmp_path / "a.safetensors").hash == small.hash
     assert garments.names()[:4] == ("cape", "cape-light", "skirt", "skirt-light")
     with pytest.raises(BadGarment, match="unknown garment; got 'cap'; did you mean 'cape'"):
-        garments.open_garment("cap")
+        garments.load("cap")
 
 
 def test_explain_says_what_was_guessed(small):

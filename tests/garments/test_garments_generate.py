@@ -94,7 +94,7 @@ def test_the_same_name_gives_the_same_bits_and_seeds_differ(shaped):
     garment = garments.load("skirt:4@45")
     assert garment.name == "skirt-4"
     assert garment.hash == generate_garment(random_design("skirt", 4), shaped, edge=EDGE).hash
-    assert garments.open_garment("skirt:4@45", shaped).hash == garment.hash
+    assert garments.load("skirt:4@45", shaped).hash == garment.hash
     assert random_design("dress", 3) == random_design("dress", 3) != random_design("dress", 4)
 
 

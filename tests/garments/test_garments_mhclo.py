@@ -11,8 +11,8 @@ from hemline.errors import BadBody, BadGarment, BadMesh
 from hemline.garments.clearance import push_out_of_body
 from hemline.garments.cut.sector import grid_faces
 from hemline.garments.dressing import body_tree
-from hemline.garments.reading.cover import covering
 from hemline.garments.reading.mhclo import read_mhclo
+from hemline.garments.reading.raise_over_skin import raise_over_skin
 from hemline.meshes import closest_points_on_mesh, edge_strains, vertex_normals
 from tests.garments.bound_clothes import bindings, tube, write_clothes
 
@@ -30,7 +30,7 @@ def tall():
 
 
 def test_on_the_body_of_the_makers_it_is_what_they_made(shaped, mesh, tmp_path):
-    garment = garments.open_garment(write_clothes(tmp_path, mesh, shaped), shaped)
+    garment = garments.read(write_clothes(tmp_path, mesh, shaped), shaped)
     np.testing.assert_allclose(garment.vertices, mesh[0], atol=1e-6)
     assert garment.name == "tube skirt" and len(garment.faces) == 2 * len(mesh[1]) and not garment.pieces
     assert np.abs(edge_strains(garment.vertices, garment.faces, garment.rest_edges)).max() < 1e-5
@@ -140,10 +140,10 @@ def test_skin_is_beneath_coarse_triangles(shaped):
         return (((skin - closest.positions) * normals).sum(axis=1) > 1e-5)[closest.distances < 0.01].sum()
 
     assert through(vertices) > 5
-    raised, notes = covering(vertices, faces, shaped)
+    raised, notes = raise_over_skin(vertices, faces, shaped)
     assert through(raised) == 0
     assert np.linalg.norm(raised - vertices, axis=1).max() < 0.03 and "came through triangles" in notes[0]
-    again, silent = covering(raised, faces, shaped)
+    again, silent = raise_over_skin(raised, faces, shaped)
     assert np.abs(again - raised).max() < 1e-5 or not silent
 
 
@@ -154,12 +154,12 @@ def test_cloth_is_raised_over_what_is_beneath_it_and_not_beside_it(shaped):
     skin, looks = np.full(shaped.vertices.shape, 9.0, np.float32), np.zeros(shaped.normals.shape, np.float32)
     looks[:, 2] = side
     skin[0], skin[1] = (0.01, 0.012, 0.004 * side), (0.104, 0.0, 0.004 * side)  # beneath, and beyond the rim
-    raised, notes = covering(sheet, faces, replace(shaped, vertices=skin, normals=looks))
+    raised, notes = raise_over_skin(sheet, faces, replace(shaped, vertices=skin, normals=looks))
     closest = closest_points_on_mesh(skin[:1].astype(float), raised, faces)
     assert closest.distances[0] > 0.8e-3 and closest.positions[0, 2] * side > 0.0045
     np.testing.assert_array_equal(raised[sheet[:, 0] > 0.09], sheet[sheet[:, 0] > 0.09])
     assert notes[0].startswith("1 vertices of the body came through triangles")
-    still, none = covering(sheet, faces, replace(shaped, vertices=skin, normals=-looks))  # looks the other way
+    still, none = raise_over_skin(sheet, faces, replace(shaped, vertices=skin, normals=-looks))  # looks the other way
     np.testing.assert_array_equal(still, sheet)
     assert none == ()
 

@@ -123,6 +123,6 @@ def test_the_shipped_mesh_is_the_base_mesh_in_another_shape():
 
 
 def test_a_button_is_left_out_aloud():
-    text = garments.explain(garments.open_garment(DATA / "female_casualsuit02.mhclo"))
+    text = garments.explain(garments.read(DATA / "female_casualsuit02.mhclo"))
     assert "left out: a button or the like (245 vertices from 422 on, 34 mm)" in text
     assert "component 2 of 2 from the skin outwards: 1311 vertices" in text

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from hemline import bodies, datasets, garments, motions, sim
 from hemline.errors import BadGarment
-from hemline.garments import Garment, Piece, Pins, worn_together
+from hemline.garments import Garment, Piece, Pins, wear_together
 from hemline.meshes import ClosestTree
 from hemline.motions.motion import JOINT_NAMES
 from hemline.sim.step.dressed_body import make_garment_sheet
@@ -43,7 +43,7 @@ def tube(shaped, *, radius=0.28, rows=8, columns=28, top=0.0, length=0.35, mater
 
 def test_pieces_follow_each_other_with_their_own_materials(shaped):
     inner, outer = tube(shaped), tube(shaped, radius=0.33, columns=30, material="silk", name="over")
-    both = worn_together([inner, outer])
+    both = wear_together([inner, outer])
     assert both.name == "skirt+over"
     assert [(p.name, p.vertex_count, p.material.name) for p in both.pieces] == [
         ("skirt", 224, "cotton"),
@@ -56,14 +56,16 @@ def test_pieces_follow_each_other_with_their_own_materials(shaped):
     density = [garments.MATERIALS[name].density for name in ("cotton", "silk")]
     np.testing.assert_allclose(sheet.density, np.repeat(density, [len(inner.faces), len(outer.faces)]))
     np.testing.assert_allclose(both.densities, sheet.density)
-    assert sheet.mass.sum() == pytest.approx(make_garment_sheet(inner).mass.sum() + make_garment_sheet(outer).mass.sum())
+    assert sheet.mass.sum() == pytest.approx(
+        make_garment_sheet(inner).mass.sum() + make_garment_sheet(outer).mass.sum()
+    )
     assert "material cotton, silk" in garments.explain(both)
 
 
 def test_a_piece_that_starts_within_another_is_moved_out_with_its_pins(shaped):
     inner = tube(shaped, radius=0.30)
     outer = tube(shaped, radius=0.295, columns=30, top=-0.02, name="over")
-    both = worn_together([inner, outer])
+    both = wear_together([inner, outer])
     tree = ClosestTree(inner.vertices.astype(float), inner.faces)
     closest = tree.closest(both.vertices[224:])
     height = ((both.vertices[224:] - closest.positions) * tree.outward(closest)).sum(axis=1)
@@ -76,14 +78,14 @@ def test_a_piece_that_starts_within_another_is_moved_out_with_its_pins(shaped):
 
 def test_three_garments_in_one_go_or_one_after_the_other(shaped):
     parts = [tube(shaped, radius=r, name=n) for r, n in ((0.28, "a"), (0.30, "b"), (0.32, "c"))]
-    once = worn_together(parts, name="all")
-    twice = worn_together([worn_together(parts[:2]), parts[2]], name="all")
+    once = wear_together(parts, name="all")
+    twice = wear_together([wear_together(parts[:2]), parts[2]], name="all")
     assert once.hash == twice.hash
     assert [piece.name for piece in twice.pieces] == ["a", "b", "c"]
 
 
 def test_pieces_come_back_from_disk_and_count_in_the_hash(shaped, tmp_path):
-    both = worn_together([tube(shaped), tube(shaped, radius=0.33, material="wool", name="over")])
+    both = wear_together([tube(shaped), tube(shaped, radius=0.33, material="wool", name="over")])
     both.save(tmp_path / "both.safetensors")
     again = Garment.load(tmp_path / "both.safetensors")
     assert again.pieces == both.pieces
@@ -93,7 +95,7 @@ def test_pieces_come_back_from_disk_and_count_in_the_hash(shaped, tmp_path):
 
 
 def test_dressed_on_another_shape_they_stay_layered(shaped):
-    both = worn_together([tube(shaped), tube(shaped, radius=0.284, name="over")])
+    both = wear_together([tube(shaped), tube(shaped, radius=0.284, name="over")])
     worn = both.dressed(shaped.body.shaped([1.5, 1.0]))
     tree = ClosestTree(worn.vertices[:224].astype(float), worn.faces[: len(worn.faces) // 2])
     closest = tree.closest(worn.vertices[224:])
@@ -116,21 +118,21 @@ def test_pieces_that_are_not_its_mesh_are_refused(patch, pieces, message):
 
 
 def test_another_material_than_the_innermost_pieces_is_refused(shaped):
-    both = worn_together([tube(shaped), tube(shaped, radius=0.33, name="over")])
+    both = wear_together([tube(shaped), tube(shaped, radius=0.33, name="over")])
     with pytest.raises(BadGarment, match="material must be that of the innermost piece; got denim, the innermost is c"):
         replace(both, material=garments.MATERIALS["denim"])
 
 
 def test_nothing_and_garments_of_several_bodies_are_refused(shaped):
     with pytest.raises(BadGarment, match="no garments to wear together"):
-        worn_together([])
+        wear_together([])
     wide = shaped.body.shaped([2.0])
     with pytest.raises(BadGarment, match=r"must be on one body; got 'skirt' on anny24, 'w' on anny24 with betas \[2.0"):
-        worn_together([tube(shaped), tube(wide, name="w")])
+        wear_together([tube(shaped), tube(wide, name="w")])
 
 
 def test_a_file_with_a_piece_that_lacks_a_key_is_refused(shaped):
-    both = worn_together([tube(shaped), tube(shaped, radius=0.33, name="over")])
+    both = wear_together([tube(shaped), tube(shaped, radius=0.33, name="over")])
     metadata = both.metadata()
     del metadata["pieces"][1]["material"]
     with pytest.raises(BadGarment, match="readable metadata; got values of the wrong kind"):
@@ -140,15 +142,15 @@ def test_a_file_with_a_piece_that_lacks_a_key_is_refused(shaped):
 def test_simulated_apart_and_together_they_move_alike_and_the_dataset_keeps_them(shaped, tmp_path):
     # narrow enough for the hands to swing past: cloth that they catch is not solved to the tolerance
     inner, outer = tube(shaped, radius=0.30), tube(shaped, radius=0.32, material="denim", name="over")
-    both = worn_together([inner, outer])
+    both = wear_together([inner, outer])
     settings = sim.SimSettings(settle=0.3, lead_in=0.2, self_contact=False, residual_share=1e-3, newton_steps=20)
     walk = motions.load("walk")[:6]
-    rows = sim.produce(tmp_path / "data", both, [sim.Clip(walk, "someone")], settings=settings)
+    rows = sim.produce(tmp_path / "data", both, [sim.ClipRequest(walk, "someone")], settings=settings)
     dataset = datasets.open_dataset(tmp_path / "data")
     assert dataset.garment.pieces == both.pieces
     take = dataset.take(rows[0])
-    placed = bodies.load("anny24").shaped().placed(walk.resampled(30))
-    motion = bodies.load("anny24").shaped().untangled_motion(placed)
+    placed = bodies.load("anny24").shaped().placed(walk.resample(30))
+    motion = bodies.load("anny24").shaped().untangle_motion(placed)
     alone = [sim.simulate(garment, shaped, motion, settings) for garment in (inner, outer)]
     wanted = np.concatenate([each.vertices for each in alone], axis=1)
     assert np.abs(take.vertices[-1] - take.vertices[0]).max() > 0.05
@@ -161,7 +163,7 @@ def test_simulated_apart_and_together_they_move_alike_and_the_dataset_keeps_them
 
 def test_cloth_between_thighs_and_belly_is_marked_pinched_and_the_take_goes_on(shaped):
     settings = sim.SimSettings(lead_in=0.2, settle=0.5, self_contact=False)
-    walk = shaped.placed(motions.load("walk").resampled(30))[:13]
+    walk = shaped.placed(motions.load("walk").resample(30))[:13]
     rotations = walk.rotations.copy()
     for joint, degrees in (
         ("left_hip", -150),

@@ -20,7 +20,7 @@ def pinned_on(shaped, count=300):
     torso = np.flatnonzero((np.abs(x) < 0.2) & (y > -0.05) & (y < 0.45))
     ids = rng.choice(torso, count, replace=False)
     positions = shaped.vertices[ids] + 0.004 * shaped.normals[ids]
-    return Pins.bound(np.arange(count), positions, body_tree(shaped), shaped.normals), positions
+    return Pins.bind(np.arange(count), positions, body_tree(shaped), shaped.normals), positions
 
 
 def test_bound_pins_give_back_where_they_are(shaped):
@@ -50,7 +50,7 @@ def test_height_is_the_distance_from_the_surface_along_its_normal():
 
 def test_a_point_inside_is_raised_to_a_millimetre(shaped):
     inside = shaped.vertices[[100]] - 0.002 * shaped.normals[[100]]
-    pins = Pins.bound(np.array([0]), inside, body_tree(shaped), shaped.normals)
+    pins = Pins.bind(np.array([0]), inside, body_tree(shaped), shaped.normals)
     assert pins.heights[0] == np.float32(0.001) and len(pins) == 1
 
 
@@ -81,15 +81,15 @@ def test_pins_on_a_joint_keep_their_offset_on_another_shape(shaped):
 
 
 def test_merged_pins_are_where_each_set_is(shaped):
-    on_skin, on_joint = pinned_on(shaped, 20)[0].softened(200.0), hung(shaped, count=20)[0]
-    both = Pins.merged([on_skin, replace(on_joint, vertices=np.arange(20, 40, dtype=np.int32))])
+    on_skin, on_joint = pinned_on(shaped, 20)[0].with_stiffness(200.0), hung(shaped, count=20)[0]
+    both = Pins.concatenate([on_skin, replace(on_joint, vertices=np.arange(20, 40, dtype=np.int32))])
     posed = shaped.posed(shaped.placed(motions.load("kick"))[30])
     np.testing.assert_allclose(both.on(posed), np.concatenate([on_skin.on(posed), on_joint.on(posed)]), atol=1e-12)
     assert both.stiffness.tolist() == [200.0] * 20 + [np.inf] * 20
 
 
 def test_soft_pins_and_pins_on_joints_come_back_from_disk(patch, shaped, tmp_path):
-    pins = Pins.merged([replace(patch["pins"], stiffness=np.float32([150.0])), hung(shaped, count=1)[0]])
+    pins = Pins.concatenate([replace(patch["pins"], stiffness=np.float32([150.0])), hung(shaped, count=1)[0]])
     garment = Garment(**patch | {"pins": pins})
     garment.save(tmp_path / "a.safetensors")
     again = Garment.load(tmp_path / "a.safetensors")

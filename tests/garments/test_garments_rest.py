@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hemline.garments.reading.rest_shape import rewound
+from hemline.garments.reading.rest_shape import rewind_rest_edges
 from hemline.garments.rest_metric import rest_edges_of_mesh, rest_edges_of_pattern
 from hemline.meshes import edge_lengths, edge_strains
 
@@ -37,6 +37,6 @@ def test_turned_triangles_keep_their_edges(turned):
     rest = rest_edges_of_mesh(VERTICES, FACES)
     after = FACES.copy()
     after[turned] = after[turned][:, [0, 2, 1]]
-    again = rewound(rest, FACES, after)
+    again = rewind_rest_edges(rest, FACES, after)
     assert (np.linalg.det(again) > 0).all()
     np.testing.assert_allclose(edge_strains(VERTICES, after, again), 0, atol=1e-12)

@@ -5,7 +5,7 @@ import pytest
 from hemline import garments
 from hemline.errors import BadGarment
 from hemline.garments import Material
-from hemline.garments.pin_rules import PinGroup, pinned_vertices
+from hemline.garments.pin_rules import PinGroup, select_vertices
 from hemline.garments.reading.garment_toml import GarmentFile, read_garment_toml
 
 FULL = """
@@ -130,7 +130,7 @@ def test_what_a_toml_must_not_name_is_neither_read_nor_quoted(tmp_path):
 def test_rules_with_numbers_that_cannot_be(rule):
     sheet = garments.load("cape-light")
     with pytest.raises(BadGarment, match=f"pins '{rule}' "):
-        pinned_vertices(rule, sheet.vertices, sheet.faces, "sheet")
+        select_vertices(rule, sheet.vertices, sheet.faces, "sheet")
 
 
 @pytest.mark.parametrize("value", [10**400, -(10**400), float("nan"), True, [[[[[]]]]], "1" * 5000])

@@ -6,20 +6,21 @@ import pytest
 
 from hemline import bodies, garments
 from hemline.errors import BadGarment
-from hemline.garments.proxy.finer import finer
-from hemline.garments.wardrobe import WARDROBE, wardrobe_garment, wardrobe_names
+from hemline.garments.proxy.subdivide_garment import subdivide_garment
 from hemline.meshes import boundary_loops, edge_lengths, self_crossings
 
 SIZES = {"tshirt": (3150, 12414), "longsleeve": (4910, 19454), "trousers": (3485, 13819), "dress": (5964, 23574)}
 OPENINGS = {"tshirt": 4, "longsleeve": 4, "trousers": 3, "dress": 4}
 
 
+NAMES = [name + size for name in SIZES for size in ("", "-light")]
+
+
 def test_all_have_a_light_and_a_paper_size():
-    assert wardrobe_names() == tuple(name + size for name in WARDROBE for size in ("", "-light"))
-    assert set(wardrobe_names()) < set(garments.names())
+    assert set(NAMES) < set(garments.names())
 
 
-@pytest.mark.parametrize("name", WARDROBE)
+@pytest.mark.parametrize("name", SIZES)
 def test_sizes_openings_and_cut(name):
     light, paper = garments.load(f"{name}-light"), garments.load(name)
     assert (len(light.vertices), len(paper.vertices)) == SIZES[name]
@@ -36,7 +37,7 @@ def test_sizes_openings_and_cut(name):
     assert "made of" in light.notes[0] and light.flat_rest
 
 
-@pytest.mark.parametrize("name", wardrobe_names())
+@pytest.mark.parametrize("name", NAMES)
 def test_starts_outside_the_body_and_untangled(name, shaped):
     garment = garments.load(name)
     faces = shaped.body.faces.astype(np.int64)
@@ -46,13 +47,13 @@ def test_starts_outside_the_body_and_untangled(name, shaped):
 
 
 def test_pins_are_at_the_waist_of_trousers_and_nowhere_else():
-    counts = {name: len(garments.load(f"{name}-light").pins) for name in WARDROBE}
+    counts = {name: len(garments.load(f"{name}-light").pins) for name in SIZES}
     assert counts["trousers"] == 52 and [counts[name] for name in ("tshirt", "longsleeve", "dress")] == [0, 0, 0]
 
 
 def test_a_finer_garment_pins_middles_between_pins_to_the_skin(shaped):
     light = garments.load("trousers-light")
-    paper = finer(light, shaped)
+    paper = subdivide_garment(light, shaped)
     rim = max(boundary_loops(paper.faces), key=lambda loop: paper.vertices[loop, 1].mean())
     assert set(paper.pins.vertices) == set(rim) and len(rim) == 104
     at = paper.pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
@@ -61,7 +62,7 @@ def test_a_finer_garment_pins_middles_between_pins_to_the_skin(shaped):
 
 def test_clothes_follow_the_shape_of_the_body():
     heavy = bodies.load("anny24").shaped((2.0,))
-    worn = garments.open_garment("dress", heavy)
+    worn = garments.load("dress", heavy)
     assert np.array_equal(worn.body_betas, heavy.betas) and len(worn.vertices) == SIZES["dress"][1]
     winding = igl.fast_winding_number(
         heavy.vertices.astype(float), heavy.body.faces.astype(np.int64), worn.vertices.astype(float)
@@ -74,4 +75,4 @@ def test_another_body_is_refused_with_the_way_out(shaped):
 
     other = replace(shaped, body=replace(shaped.body, name="somebody"))
     with pytest.raises(BadGarment, match="'dress' was made on anny24; got a body called somebody; try its mesh on"):
-        wardrobe_garment("dress", other)
+        garments.load("dress", other)

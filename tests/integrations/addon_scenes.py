@@ -103,10 +103,10 @@ def scene_rates(addon):
     VERTICES["garment"] = world(parts(root)["garment"], range(1, 10))
     TOLD["parts"] = list(parts(root))
     root.hemline.fps, bpy.context.scene.render.fps_base = 0.0, 1.001
-    TOLD["outdated"] = addon.outdated(root, bpy.context.scene)
+    TOLD["outdated"] = addon.is_outdated(root, bpy.context.scene)
     bpy.ops.hemline.play()
     VERTICES["film"] = world(parts(root)["garment"], range(1, 10))
-    TOLD["again"] = addon.outdated(root, bpy.context.scene)
+    TOLD["again"] = addon.is_outdated(root, bpy.context.scene)
 
 
 def scene_keeps(addon):
@@ -252,38 +252,38 @@ def scene_refuses(addon):
 def scene_plays_in_the_background(addon):
     """As the button does: the timer looks after the program, tells how far it is, stops it, plays changes by itself."""
     root = added(seconds=1.0)
-    addon.began(bpy.context, root)
+    addon.start_job(bpy.context, root)
     stages = []
-    while addon.looked_at() is not None:
+    while addon.watch_job() is not None:
         job = addon.Job.running
         stages += [[job.stage, job.share]] if job else []
         time.sleep(0.02)
     TOLD["stages"] = stages
     assert len(world(parts(root)["garment"], [1])[0]) == len(parts(root)["garment"].data.vertices)
     before = addon.cache_of(root)
-    addon.began(bpy.context, root)
+    addon.start_job(bpy.context, root)
     try:
-        addon.began(bpy.context, root)
+        addon.start_job(bpy.context, root)
     except addon.Refused as refused:
         TOLD["busy"] = str(refused)
     bpy.ops.hemline.stop()
-    while addon.looked_at() is not None:
+    while addon.watch_job() is not None:
         time.sleep(0.02)
     TOLD["stopped"] = root.hemline.said
     assert addon.cache_of(root) == before
     root.hemline.live = True
     root.hemline.seconds = 0.2
-    assert bpy.app.timers.is_registered(addon.quiet)
-    addon.quiet()
-    while addon.looked_at() is not None:
+    assert bpy.app.timers.is_registered(addon.play_changed)
+    addon.play_changed()
+    while addon.watch_job() is not None:
         time.sleep(0.02)
     TOLD["frames"] = root.hemline.frames
-    addon.began(bpy.context, root)
+    addon.start_job(bpy.context, root)
     bpy.data.objects.remove(root)
-    while addon.looked_at() is not None:
+    while addon.watch_job() is not None:
         time.sleep(0.02)
     bpy.ops.preferences.addon_disable(module="hemline_addon")
-    assert not hasattr(bpy.types.Object, "hemline") and not bpy.app.timers.is_registered(addon.looked_at)
+    assert not hasattr(bpy.types.Object, "hemline") and not bpy.app.timers.is_registered(addon.watch_job)
 
 
 def scene_is_rendered(addon):

@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from hemline.sim import ClothState, Elastic, Gusts, Scene, SimSettings, MovingSkin, Stepper, BodySurface, make_sheet
+from hemline.sim import BodySurface, ClothState, Elastic, Gusts, MovingSkin, SimSettings, Stepper, StepScene, make_sheet
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 
@@ -33,7 +33,7 @@ def sheet_of(across, along, width, length, **material):
 
 def still(pinned=None, skin=None):
     """A scene in which nothing moves."""
-    scene = Scene(np.zeros((0, 3)) if pinned is None else pinned, skin)
+    scene = StepScene(np.zeros((0, 3)) if pinned is None else pinned, skin)
     return lambda share: scene
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from hemline import bodies
 from hemline.collide.winding.numbers import inside
-from hemline.learning.collision import REACH, clearance, clearances, missing
+from hemline.learning.collision import TERM_DISTANCE, clearance, clearances, shortfall
 
 
 def ball(radius=0.5):
@@ -26,10 +26,10 @@ def test_heights_are_distances_to_the_skin():
 
 def test_far_and_sunken_truth_asks_for_nothing():
     vertices, normals = ball()
-    truth = np.array([[0.5 + REACH + 0.01, 0, 0], [0.49, 0, 0]])
+    truth = np.array([[0.5 + TERM_DISTANCE + 0.01, 0, 0], [0.49, 0, 0]])
     found, heights = clearance(truth, vertices, normals)
     assert np.isinf(heights).all() and not found.any()
-    assert not missing(np.full((2, 3), -1.0), found, heights, 0.006).any()
+    assert not shortfall(np.full((2, 3), -1.0), found, heights, 0.006).any()
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_far_and_sunken_truth_asks_for_nothing():
 )
 def test_what_is_missing_is_counted_along_the_normal(offset, lack):
     # the truth lies 3 mm above the skin, the normal along x: 6 mm are asked for
-    found = missing(np.array([offset]), np.array([[1.0, 0, 0]]), np.array([0.003]), 0.006)
+    found = shortfall(np.array([offset]), np.array([[1.0, 0, 0]]), np.array([0.003]), 0.006)
     assert found == pytest.approx([lack], abs=1e-12)
 
 
@@ -47,10 +47,10 @@ def test_arrays_and_tensors_say_the_same():
     offsets, normals = random.normal(size=(2, 50, 3)).astype(np.float32)
     heights = np.where(random.random(50) < 0.3, np.inf, random.random(50)).astype(np.float32)
     tensors = [torch.from_numpy(each).requires_grad_(each is offsets) for each in (offsets, normals, heights)]
-    loss = (missing(*tensors, 0.006) ** 2).sum()
+    loss = (shortfall(*tensors, 0.006) ** 2).sum()
     loss.backward()
     assert float(loss.detach()) == pytest.approx(
-        float((missing(offsets, normals, heights, 0.006) ** 2).sum()), rel=1e-5
+        float((shortfall(offsets, normals, heights, 0.006) ** 2).sum()), rel=1e-5
     )
     # no term, no pull
     assert torch.isfinite(tensors[0].grad).all() and not tensors[0].grad[torch.from_numpy(np.isinf(heights))].any()
@@ -64,7 +64,7 @@ def test_near_the_skin_of_a_body_its_sign_is_that_of_the_winding_number():
     truth = posed.vertices[chosen] + 0.004 * posed.normals[chosen]
     offsets = 0.005 * random.normal(size=(3000, 1)) * posed.normals[chosen]
     found = clearances(truth[None], [posed.vertices], [posed.normals])
-    lacking = missing(offsets, *(each[0] for each in found.rows(np.array([0]), np.arange(3000))), 0.0) > 0
+    lacking = shortfall(offsets, *(each[0] for each in found.rows(np.array([0]), np.arange(3000))), 0.0) > 0
     truly = inside(posed.vertices, posed.faces, (truth + offsets).astype(np.float32))
     # they differ in creases, where another part of the skin is nearer than the plane knows
     assert (lacking == truly).mean() > 0.95

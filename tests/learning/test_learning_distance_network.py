@@ -28,7 +28,7 @@ def test_the_loss_is_that_of_equations_8_and_9():
 
 
 def test_the_gradient_by_the_weights_is_that_of_differences():
-    drawn = DistanceNetwork.drawn("point", width=16, condition=5, seed=0)
+    drawn = DistanceNetwork.initialize("point", width=16, condition=5, seed=0)
     points, normals = 0.3 * directions(40), directions(40).flip(0)
     turns = torch.eye(3).expand(40, 3, 3)
     conditions = torch.randn((1, 5), generator=torch.Generator().manual_seed(1))
@@ -70,8 +70,8 @@ def test_distances_at_points_can_be_differentiated():
 
 
 def test_a_training_that_diverged_is_refused():
-    drawn = DistanceNetwork.drawn("point", width=8, condition=5, seed=0)
+    drawn = DistanceNetwork.initialize("point", width=8, condition=5, seed=0)
     with torch.no_grad():
         drawn.layers["point1"][0][0, 0] = 1e6
     with pytest.raises(BadModel, match="the training diverged"):
-        drawn.rounded(("anny24", "hash"), (-2, 2), {})
+        drawn.to_neural_sdf(("anny24", "hash"), (-2, 2), {})

@@ -57,7 +57,7 @@ def weights(line: Line) -> np.ndarray:
 def test_shares_of_a_batch_are_even_and_make_it_whole():
     for count in range(1, 7):
         for size in range(20):
-            shares = [np.arange(size)[Group(rank, count).share(size)] for rank in range(count)]
+            shares = [np.arange(size)[Group(rank, count).own_slice(size)] for rank in range(count)]
             np.testing.assert_array_equal(np.concatenate(shares), np.arange(size))
             assert max(map(len, shares)) - min(map(len, shares)) <= 1
 
@@ -67,7 +67,7 @@ def test_the_gradient_of_a_batch_is_the_weighted_sum_of_those_of_its_shares():
     whole.loss(chosen, np.random.default_rng(5), slice(None)).backward()
     summed = [torch.zeros_like(p) for p in whole.parameters]
     for rank in range(4):
-        line, mine = Line(), Group(rank, 4).share(len(chosen))
+        line, mine = Line(), Group(rank, 4).own_slice(len(chosen))
         line.loss(chosen, np.random.default_rng(5), mine).backward()
         for total, p in zip(summed, line.parameters, strict=True):
             total += (mine.stop - mine.start) / len(chosen) * p.grad

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.learning.mirror import mirror_of, mirrored_motion, mirrored_transforms, mirrored_vertices, partners
+from hemline.learning.mirror import mirror_motion, mirror_of, mirror_transforms, mirror_vertices, partners
 from hemline.motions import JOINT_NAMES, Motion, Pose
 
 ROWS, COLUMNS = 15, 20
@@ -68,7 +68,7 @@ def test_transforms_are_those_of_the_mirrored_pose(shaped):
     rotations += 0.2 * random.normal(size=(24, 4)).astype(np.float32)
     rotations /= np.linalg.norm(rotations, axis=1, keepdims=True)
     pose = Pose(rotations, np.array([0.3, 1.0, -0.2], np.float32))
-    found = mirrored_transforms(shaped.posed(pose).transforms[None])[0]
+    found = mirror_transforms(shaped.posed(pose).transforms[None])[0]
     # the body's own joints are symmetric to a tenth of a millimetre
     np.testing.assert_allclose(found, shaped.posed(mirrored_pose(pose)).transforms, atol=5e-4)
 
@@ -79,7 +79,7 @@ def test_a_mirrored_motion_is_that_of_the_mirrored_poses(shaped):
     rotations /= np.linalg.norm(rotations, axis=2, keepdims=True)
     places = random.normal(size=(5, 3)).astype(np.float32)
     motion = Motion(rotations.astype(np.float32), places, fps=30.0, leg_length=shaped.leg_length)
-    mirrored = mirrored_motion(motion)
+    mirrored = mirror_motion(motion)
     for k in range(5):
         np.testing.assert_array_equal(mirrored[k].rotations, mirrored_pose(motion[k]).rotations)
         np.testing.assert_array_equal(mirrored[k].translation, mirrored_pose(motion[k]).translation)
@@ -90,7 +90,7 @@ def test_twice_is_where_it_began(garment, shaped):
     partner = mirror_of(garment, shaped)
     assert partner is not None
     frames = np.random.default_rng(1).normal(size=(2, len(garment.vertices), 3)).astype(np.float32)
-    there = mirrored_vertices(frames, partner)
-    np.testing.assert_array_equal(mirrored_vertices(there, partner), frames)
+    there = mirror_vertices(frames, partner)
+    np.testing.assert_array_equal(mirror_vertices(there, partner), frames)
     transforms = np.random.default_rng(2).normal(size=(3, 24, 3, 4)).astype(np.float32)
-    np.testing.assert_array_equal(mirrored_transforms(mirrored_transforms(transforms)), transforms)
+    np.testing.assert_array_equal(mirror_transforms(mirror_transforms(transforms)), transforms)

@@ -10,7 +10,7 @@ from hemline.learning.mlp import Mlp
 def made(inputs=40, hidden=30, outputs=12) -> Mlp:
     random = np.random.default_rng(0)
     sizes = ((hidden, inputs), (hidden, hidden), (outputs, hidden))
-    return Mlp.rounded([random.normal(size=s) / 5 for s in sizes], [random.normal(size=s[0]) for s in sizes])
+    return Mlp.from_weights([random.normal(size=s) / 5 for s in sizes], [random.normal(size=s[0]) for s in sizes])
 
 
 def test_kernel_equals_numpy_and_float64():
@@ -38,7 +38,9 @@ def exactly(net, inputs):
 def test_weights_below_the_normal_numbers_of_float16_count_in_full():
     # all weights are of the order of 1e-6, where float16 has steps of 6e-8 and a flush to zero would leave nothing
     random = np.random.default_rng(2)
-    net = Mlp.rounded([random.normal(size=(7, 7)) * 1e-6 for _ in range(3)], [random.normal(size=7) for _ in range(3)])
+    net = Mlp.from_weights(
+        [random.normal(size=(7, 7)) * 1e-6 for _ in range(3)], [random.normal(size=7) for _ in range(3)]
+    )
     quiet = Mlp(net.weights, tuple(np.zeros_like(b) for b in net.biases[:2]) + (np.zeros(7, np.float32),))
     inputs = random.normal(size=7).astype(np.float32) * 1e6
     np.testing.assert_allclose(quiet(inputs), exactly(quiet, inputs), rtol=1e-5)
@@ -48,7 +50,9 @@ def test_weights_below_the_normal_numbers_of_float16_count_in_full():
 
 def test_weights_as_large_as_float16_has_them_count_in_full():
     random = np.random.default_rng(3)
-    net = Mlp.rounded([random.normal(size=(9, 9)) * 1e4 for _ in range(3)], [random.normal(size=9) for _ in range(3)])
+    net = Mlp.from_weights(
+        [random.normal(size=(9, 9)) * 1e4 for _ in range(3)], [random.normal(size=9) for _ in range(3)]
+    )
     inputs = random.normal(size=9).astype(np.float32)
     found, exact = net(inputs), exactly(net, inputs)
     np.testing.assert_allclose(found, exact, atol=1e-5 * np.abs(exact).max())
@@ -72,7 +76,7 @@ def test_torch_agrees():
 
 
 def test_a_silent_network_says_nothing():
-    net, inputs = made().silent(), np.random.default_rng(1).normal(size=40).astype(np.float32)
+    net, inputs = made().with_zero_output(), np.random.default_rng(1).normal(size=40).astype(np.float32)
     assert not net(inputs).any() and not net.many(inputs[None]).any()
     assert [w.shape for w in net.weights] == [w.shape for w in made().weights]
 
@@ -111,4 +115,4 @@ def test_a_network_without_outputs_is_refused():
 @pytest.mark.parametrize("bad", [np.nan, 1e6])
 def test_a_diverged_training_is_refused(bad):
     with pytest.raises(BadModel, match="training diverged"):
-        Mlp.rounded([np.full((2, 2), bad)] * 3, [np.zeros(2)] * 3)
+        Mlp.from_weights([np.full((2, 2), bad)] * 3, [np.zeros(2)] * 3)

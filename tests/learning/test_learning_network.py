@@ -10,8 +10,8 @@ from hemline.learning.fit.network import (  # noqa: E402
     SMALLEST_DEVIATION,
     ScaledNetwork,
     deviations_of,
-    drawn_layers,
     layers_of,
+    random_layers,
     through,
 )
 
@@ -27,7 +27,7 @@ def test_what_plays_is_what_was_trained_but_for_16_bits():
     with torch.no_grad():
         trained = network(torch.from_numpy(inputs)).numpy()
     # weights of 11 bits: 20 products of order one, each off by up to 2^-11
-    np.testing.assert_allclose(network.folded().many(inputs), trained, atol=20 * 2**-11)
+    np.testing.assert_allclose(network.to_mlp().many(inputs), trained, atol=20 * 2**-11)
 
 
 def test_scales_are_mean_and_deviation_of_the_inputs():
@@ -62,12 +62,12 @@ def test_an_output_of_scale_zero_stays_zero_whatever_is_trained():
     network = ScaledNetwork(inputs, np.array([1, 0, 2], np.float32), hidden=10, seed=0)
     network(torch.from_numpy(inputs)).square().sum().backward()
     assert not network.layers[-1][0].grad[1].any() and network.layers[-1][0].grad[0].any()
-    assert not network.folded().many(inputs)[:, 1].any()
+    assert not network.to_mlp().many(inputs)[:, 1].any()
 
 
 def test_weights_are_drawn_within_their_bound_by_the_seed():
     sizes = (50, 40, 3)
-    one, same, other = (drawn_layers(sizes, torch.Generator().manual_seed(seed)) for seed in (1, 1, 2))
+    one, same, other = (random_layers(sizes, torch.Generator().manual_seed(seed)) for seed in (1, 1, 2))
     for (weight, bias), ins in zip(one, sizes, strict=False):
         bound = np.sqrt(6 / ins)
         assert weight.abs().max() <= bound and not bias.any()
@@ -79,6 +79,6 @@ def test_weights_are_drawn_within_their_bound_by_the_seed():
 
 def test_layers_of_what_plays_compute_what_it_plays():
     network, inputs = made()
-    plays = network.folded()
+    plays = network.to_mlp()
     found = through(layers_of(plays), torch.from_numpy(inputs)).numpy()
     np.testing.assert_allclose(found, plays.many(inputs), atol=1e-5)

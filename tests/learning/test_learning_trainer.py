@@ -242,7 +242,7 @@ def test_the_mean_loss_of_each_epoch_is_kept_and_outlives_a_kill(tmp_path):
     checkpoint = Checkpoint(tmp_path / "line.safetensors", "mark", 1)
     whole = Trainer(Line(), SCHEDULE)
     whole.run(progress=lambda done, total: None)
-    assert len(whole.trained) == EPOCHS and whole.trained[-1] < whole.trained[0]
+    assert len(whole.batch_losses) == EPOCHS and whole.batch_losses[-1] < whole.batch_losses[0]
 
     def stop(done, total):
         if done == 2:
@@ -252,7 +252,7 @@ def test_the_mean_loss_of_each_epoch_is_kept_and_outlives_a_kill(tmp_path):
         Trainer(Line(), SCHEDULE).run(checkpoint=checkpoint, progress=stop)
     again = Trainer(Line(), SCHEDULE)
     again.run(checkpoint=checkpoint, progress=lambda done, total: None)
-    np.testing.assert_array_equal(again.trained, whole.trained)
+    np.testing.assert_array_equal(again.batch_losses, whole.batch_losses)
 
 
 def test_the_rate_falls_along_a_cosine():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hemline.errors import BadMesh
-from hemline.meshes import ClosestTree, boundary_loops, coarser, edge_lengths, edges, rest_lengths
+from hemline.meshes import ClosestTree, boundary_loops, coarsen, edge_lengths, edges, rest_lengths
 from tests.meshes.mesh_samples import grid, sphere
 
 
@@ -40,7 +40,7 @@ def longest_edge_costs(vertices, faces):
 def test_cloth_that_was_cut_flat_has_the_same_cut(count):
     """Rest triangles of the coarser, bent mesh are those of the plane: lengths to rounding, and all of the area."""
     vertices, faces = grid(30, 25, jitter=0.25)
-    found = coarser(bent(vertices), faces, count, rest_edges=flat_edges(vertices, faces))
+    found = coarsen(bent(vertices), faces, count, rest_edges=flat_edges(vertices, faces))
     assert len(found.kept) == count
     ends, lengths = rest_lengths(found.faces, found.rest_edges)
     there = vertices[found.kept]
@@ -50,7 +50,7 @@ def test_cloth_that_was_cut_flat_has_the_same_cut(count):
 
 def test_a_sheet_keeps_its_corners_and_its_one_rim_and_no_triangle_turns_over():
     vertices, faces = grid(30, 25, jitter=0.25)
-    found = coarser(vertices, faces, 60)
+    found = coarsen(vertices, faces, 60)
     (rim,) = boundary_loops(found.faces)
     assert {tuple(each) for each in vertices[found.kept][rim][:, :2]} >= {(0, 0), (0, 1), (1, 0), (1, 1)}
     assert set(np.unique(found.faces)) == set(range(60))
@@ -62,7 +62,7 @@ def test_no_triangle_becomes_thin():
     """Of the equilateral triangle on the longest edge each has 0.15 of the area or more, even where no edge counts."""
     vertices, faces = grid(30, 25, jitter=0.25)
     for evenness in (0.01, 0.0):
-        found = coarser(bent(vertices), faces, 60, rest_edges=flat_edges(vertices, faces), evenness=evenness)
+        found = coarsen(bent(vertices), faces, 60, rest_edges=flat_edges(vertices, faces), evenness=evenness)
         areas = np.linalg.det(found.rest_edges) / 2
         assert (areas > 0.149 * np.sqrt(3) / 4 * edge_lengths(found.rest_edges).max(axis=1) ** 2).all()
 
@@ -74,7 +74,7 @@ def test_a_narrow_tube_stays_a_tube():
     row, column = np.divmod(np.arange(59 * 6), 6)
     a, b = row * 6 + column, row * 6 + (column + 1) % 6
     faces = np.concatenate([np.stack([a, a + 6, b], 1), np.stack([b, a + 6, b + 6], 1)]).astype(np.int32)
-    found = coarser(vertices, faces, 20)
+    found = coarsen(vertices, faces, 20)
     ends = np.sort(np.stack([found.faces, np.roll(found.faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     assert np.unique(ends, axis=0, return_counts=True)[1].max() == 2
     assert [len(rim) >= 3 for rim in boundary_loops(found.faces)] == [True, True]
@@ -83,14 +83,14 @@ def test_a_narrow_tube_stays_a_tube():
 
 def test_edges_become_even():
     vertices, faces = grid(40, 40, jitter=0.3)
-    found = coarser(vertices, faces, 160)
+    found = coarsen(vertices, faces, 160)
     _, lengths = rest_lengths(found.faces, found.rest_edges)
     assert np.percentile(lengths, 95) < 2.5 * np.percentile(lengths, 5)
 
 
 def test_what_is_closed_stays_closed_and_round():
     vertices, faces = sphere(4)
-    found = coarser(vertices, faces, 200, evenness=1e-4)
+    found = coarsen(vertices, faces, 200, evenness=1e-4)
     assert boundary_loops(found.faces) == ()
     assert len(found.kept) - len(edges(found.faces)) + len(found.faces) == 2
     distances = ClosestTree(vertices[found.kept], found.faces).signed_distances(vertices)
@@ -99,7 +99,7 @@ def test_what_is_closed_stays_closed_and_round():
 
 def test_the_first_to_go_is_the_cheapest_by_brute_force():
     vertices, faces = grid(7, 6, jitter=0.3, seed=2)
-    found = coarser(vertices, faces, len(vertices) - 1)
+    found = coarsen(vertices, faces, len(vertices) - 1)
     (gone,) = np.setdiff1d(np.arange(len(vertices)), found.kept)
     (rim,) = boundary_loops(faces)
     along = {
@@ -118,7 +118,7 @@ def test_the_first_to_go_is_the_cheapest_by_brute_force():
 
 def test_levels_are_nested():
     vertices, faces = grid(30, 25, jitter=0.25)
-    kept = [coarser(vertices, faces, count).kept for count in (400, 100, 30)]
+    kept = [coarsen(vertices, faces, count).kept for count in (400, 100, 30)]
     assert set(kept[0]) > set(kept[1]) > set(kept[2])
 
 
@@ -126,15 +126,15 @@ def test_bound_vertices_stay_in_their_line():
     """A line across the sheet, bound: what is left of it still runs from side to side, and none of it has gone off."""
     vertices, faces = grid(31, 25)
     bound = (np.abs(vertices[:, 1] - 0.5) < 1e-9).astype(int)
-    found = coarser(vertices, faces, 80, bound=bound)
+    found = coarsen(vertices, faces, 80, bound=bound)
     line = np.flatnonzero(bound[found.kept])
     along = [pair for pair in edges(found.faces).tolist() if set(pair) <= set(line.tolist())]
     assert 2 <= len(line) < 25 and len(along) == len(line) - 1
-    free = coarser(vertices, faces, 80)
+    free = coarsen(vertices, faces, 80)
     assert bound[free.kept].sum() < len(line)
 
 
 def test_too_few_are_refused():
     vertices, faces = grid(10, 10)
     with pytest.raises(BadMesh, match="a coarser mesh has 8 vertices or more; got 7; keep a larger share"):
-        coarser(vertices, faces, 7)
+        coarsen(vertices, faces, 7)

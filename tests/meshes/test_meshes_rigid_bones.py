@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from hemline.errors import BadInput
-from hemline.meshes import best_shares, onto_shares, rigid_bones, weighted
+from hemline.meshes import fit_convex_weights, fit_weights, project_to_simplex, rigid_bones
 
 
 def moved(rest, weights, frames, seed=0):
@@ -73,7 +73,7 @@ def test_both_ways_of_summing_find_the_same_bones():
     rest, frames = blended()
     slow, quick = (rigid_bones(rest, frames, 6, travels=travels) for travels in (False, True))
     assert root_mean_square(quick.vertices(rest), frames) < 1.1 * root_mean_square(slow.vertices(rest), frames)
-    again = weighted(quick._replace(weights=quick.weights[:200]), rest, frames, travels=True)
+    again = fit_weights(quick._replace(weights=quick.weights[:200]), rest, frames, travels=True)
     assert root_mean_square(again.vertices(rest), frames) < 1.3 * root_mean_square(quick.vertices(rest), frames)
 
 
@@ -102,7 +102,7 @@ def test_shares_are_those_of_a_general_solver():
     random = np.random.default_rng(3)
     made, wanted = random.normal(size=(7, 5, 12)), random.normal(size=(7, 12))
     square, along = made @ np.swapaxes(made, 1, 2), np.einsum("vkm,vm->vk", made, wanted)
-    found = best_shares(square, along, np.full((7, 5), 0.2))
+    found = fit_convex_weights(square, along, np.full((7, 5), 0.2))
     assert_allclose(found.sum(1), 1)
     for shares, each, goal in zip(found, made, wanted, strict=True):
         best = minimize(
@@ -118,8 +118,8 @@ def test_shares_are_those_of_a_general_solver():
 def test_the_nearest_shares_keep_shares_and_are_nearest():
     random = np.random.default_rng(4)
     shares = random.dirichlet(np.ones(6), 20)
-    assert_allclose(onto_shares(shares), shares, atol=1e-12)
+    assert_allclose(project_to_simplex(shares), shares, atol=1e-12)
     far = random.normal(size=(20, 6))
-    nearest = onto_shares(far)
+    nearest = project_to_simplex(far)
     others = random.dirichlet(np.ones(6), (500, 20))
     assert (((nearest - far) ** 2).sum(1) <= ((others - far) ** 2).sum(2) + 1e-12).all()

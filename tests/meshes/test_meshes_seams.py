@@ -4,7 +4,7 @@ import igl
 import numpy as np
 import pytest
 
-from hemline.meshes import ReadMesh, boundary_loops, components, subdivided, welded
+from hemline.meshes import ReadMesh, boundary_loops, components, subdivide, weld
 
 
 def grid(count, width=1.0):
@@ -27,7 +27,7 @@ def two_sheets(gap):
 
 
 def test_a_seam_whose_vertices_stand_twice_is_closed():
-    mesh = welded(two_sheets(0.0))
+    mesh = weld(two_sheets(0.0))
     assert len(mesh.vertices) == 45 and len(np.unique(components(mesh.faces, 45))) == 1
     assert [len(loop) for loop in boundary_loops(mesh.faces)] == [24]
     assert mesh.notes == ("seams: 5 vertices that lay on another one were welded to it, vertex ids are new",)
@@ -40,12 +40,12 @@ def test_a_seam_is_closed_whichever_way_triangles_are_wound():
     mesh = two_sheets(0.0)
     turned = mesh.faces.copy()
     turned[::3] = turned[::3, ::-1]
-    assert len(welded(ReadMesh(mesh.vertices, turned)).vertices) == 45
+    assert len(weld(ReadMesh(mesh.vertices, turned)).vertices) == 45
 
 
 def test_sheets_that_do_not_touch_stay_apart():
     mesh = two_sheets(1e-3)
-    assert welded(mesh) is mesh
+    assert weld(mesh) is mesh
 
 
 def test_a_third_sheet_at_a_seam_is_not_welded():
@@ -53,19 +53,19 @@ def test_a_third_sheet_at_a_seam_is_not_welded():
     upright = vertices[:, [1, 0, 2]]
     three = np.concatenate([vertices, vertices * (-1, 1, 1), upright])
     mesh = ReadMesh(three, np.concatenate([faces, faces[:, ::-1] + 9, faces + 18]).astype(np.int32))
-    assert welded(mesh) is mesh
+    assert weld(mesh) is mesh
 
 
 def test_the_inside_of_a_sheet_is_never_welded():
     vertices, faces = grid(4)
     vertices[5] = vertices[10]  # two inner vertices at one place
     mesh = ReadMesh(vertices, faces)
-    assert welded(mesh) is mesh
+    assert weld(mesh) is mesh
 
 
 def test_four_triangles_for_one_as_libigl_cuts_them():
     vertices, faces = grid(4)
-    finer, ends = subdivided(faces, len(vertices))
+    finer, ends = subdivide(faces, len(vertices))
     placed = np.concatenate([vertices, vertices[ends].mean(axis=1)])
     theirs, their_faces = igl.upsample(vertices, faces.astype(np.int64))[:2]
     ours = {tuple(sorted(map(tuple, corner.round(6)))) for corner in placed[finer]}

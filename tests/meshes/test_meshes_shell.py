@@ -29,7 +29,7 @@ def test_a_closed_ball_keeps_its_place_and_volume():
     assert closed(made)
     assert volume(made.vertices, made.faces) == pytest.approx(volume(vertices, faces), rel=0.01)
     assert np.abs(np.linalg.norm(made.vertices, axis=1) - 0.3).max() < 0.004
-    points = np.einsum("vk,vkc->vc", made.shares, vertices[faces[made.sources]])
+    points = np.einsum("vk,vkc->vc", made.weights, vertices[faces[made.sources]])
     assert np.linalg.norm(points - made.vertices, axis=1).max() < 0.004
     edges = np.sort(made.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()

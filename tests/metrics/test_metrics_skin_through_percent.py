@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hemline.metrics import covered_skin, skin_through_percent
+from hemline.metrics import skin_through_percent, skin_under_cloth
 
 
 def sheet(count: int = 11) -> tuple[np.ndarray, np.ndarray]:
@@ -25,11 +25,11 @@ def skin(heights) -> tuple[np.ndarray, np.ndarray]:
 def test_skin_just_behind_the_cloth_is_covered():
     vertices, faces = sheet()
     points, normals = skin([-0.001, -0.015, -0.025, 0.001])
-    assert covered_skin(vertices, faces, points, normals).tolist() == [0, 1]
+    assert skin_under_cloth(vertices, faces, points, normals).tolist() == [0, 1]
     # what faces away is the other side of an arm, and what is nearest to the rim lies beside
-    assert len(covered_skin(vertices, faces, points, -normals)) == 0
+    assert len(skin_under_cloth(vertices, faces, points, -normals)) == 0
     beside = points - np.float32([0.3, 0, 0])
-    assert len(covered_skin(vertices, faces, beside, normals)) == 0
+    assert len(skin_under_cloth(vertices, faces, beside, normals)) == 0
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ from hemline.collide.neural_sdf.exact import ExactDistance
 from hemline.errors import BadDataset, BadInput
 from hemline.files import read_tensors, write_tensors
 from hemline.models.make.neural_sdf import samples as sampling
-from hemline.models.make.neural_sdf.samples import in_pelvis_frame, made, produce
-from hemline.models.make.neural_sdf.training import SdfConfig, trained
+from hemline.models.make.neural_sdf.samples import in_pelvis_frame, produce_samples, sample_bodies
+from hemline.models.make.neural_sdf.training import SdfConfig, train_sdf
 
 pytest.importorskip("torch", reason="training needs torch (extra 'learn')")
 
@@ -28,7 +28,7 @@ def clips():
 
 def test_samples_hold_exact_distances_in_the_frame_of_the_pelvis(few):
     body = bodies.load("anny24")
-    found = made(body, clips(), 2, np.random.default_rng(0), largest=2.0)
+    found = sample_bodies(body, clips(), 2, np.random.default_rng(0), largest=2.0)
     assert found.points.shape == (2, 80, 3) and np.abs(found.betas).max() <= 2.0
     shaped = body.shaped(found.betas[1])
     posed = shaped.posed(in_pelvis_frame(shaped, found.rotations[1]))
@@ -40,27 +40,27 @@ def test_samples_hold_exact_distances_in_the_frame_of_the_pelvis(few):
 
 def test_samples_continue_where_they_were_and_are_refused_for_another_body(few, tmp_path):
     body = bodies.load("anny24")
-    first = produce(tmp_path, body, clips, 2, 0)
+    first = produce_samples(tmp_path, body, clips, 2, 0)
     kept = (tmp_path / "000.safetensors").read_bytes()
-    both = produce(tmp_path, body, clips, 3, 0)
+    both = produce_samples(tmp_path, body, clips, 3, 0)
     assert len(first) == 1 and len(both) == 2
     assert (tmp_path / "000.safetensors").read_bytes() == kept
     np.testing.assert_array_equal(both[0].points, first[0].points)
-    produce(tmp_path, body, lambda: pytest.fail("all is there"), 3, 0)
+    produce_samples(tmp_path, body, lambda: pytest.fail("all is there"), 3, 0)
     arrays, metadata = read_tensors(tmp_path / "001.safetensors", "distances")
     write_tensors(tmp_path / "001.safetensors", arrays, metadata | {"body_hash": "other"})
     with pytest.raises(BadDataset, match="was made for another body"):
-        produce(tmp_path, body, clips, 3, 0)
+        produce_samples(tmp_path, body, clips, 3, 0)
     (tmp_path / "001.safetensors").write_bytes(kept[:200])
     with pytest.raises(BadDataset, match="001"):
-        produce(tmp_path, body, clips, 3, 0)
+        produce_samples(tmp_path, body, clips, 3, 0)
 
 
 def test_a_killed_training_comes_to_the_same_bits(few, tmp_path):
     body = bodies.load("anny24")
-    data = [made(body, clips(), 6, np.random.default_rng(0))]
+    data = [sample_bodies(body, clips(), 6, np.random.default_rng(0))]
     config = SdfConfig(width=16, updates=8, bodies=2, points=20)
-    whole = trained(body, data, data, config)
+    whole = train_sdf(body, data, data, config)
 
     class Killed(Exception):
         pass
@@ -70,8 +70,8 @@ def test_a_killed_training_comes_to_the_same_bits(few, tmp_path):
             raise Killed
 
     with pytest.raises(Killed):
-        trained(body, data, data, config, checkpoint=tmp_path / "kept.safetensors", progress=kill)
-    resumed = trained(body, data, data, config, checkpoint=tmp_path / "kept.safetensors")
+        train_sdf(body, data, data, config, checkpoint=tmp_path / "kept.safetensors", progress=kill)
+    resumed = train_sdf(body, data, data, config, checkpoint=tmp_path / "kept.safetensors")
     for name, layer in whole.layers.items():
         for one, other in zip(layer, resumed.layers[name], strict=True):
             np.testing.assert_array_equal(one, other)
@@ -81,9 +81,9 @@ def test_a_killed_training_comes_to_the_same_bits(few, tmp_path):
 
 def test_a_training_learns(few):
     body = bodies.load("anny24")
-    data = [made(body, clips(), 6, np.random.default_rng(0))]
+    data = [sample_bodies(body, clips(), 6, np.random.default_rng(0))]
     short, longer = (
-        trained(body, data, data, SdfConfig(width=32, updates=updates, bodies=6)).figures["held_out_mm"]
+        train_sdf(body, data, data, SdfConfig(width=32, updates=updates, bodies=6)).figures["held_out_mm"]
         for updates in (1, 60)
     )
     assert longer < 0.7 * short

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hemline import motions
-from hemline.models.make.swingar_takes import BODIES, SPEEDS, body_shapes, designs, folder_of, main, parts
+from hemline.models.make.swingar_takes import BODIES, SPEEDS, body_shapes, deal_parts, design_names, folder_of, main
 
 CLIPS = ("walk", "run")
 
@@ -21,28 +21,28 @@ CLIPS = ("walk", "run")
 def test_clips_come_equally_often_and_each_garment_on_two_bodies():
     clips = [Path(name) for name in "abcde"]
     shapes = body_shapes(None, BODIES, 3)
-    dealt = parts(clips, 10, 4, 3, shapes)
+    dealt = deal_parts(clips, 10, 4, 3, shapes)
     assert [len(each) for each in dealt] == [4] * 10
     assert set(collections.Counter(part.clip for each in dealt for part in each).values()) == {8}
     assert all(len({part.betas for part in each}) == 2 for each in dealt)
     assert all(tuple(part.speed for part in each) == SPEEDS for each in dealt)
     assert len({part.betas for each in dealt for part in each}) == BODIES
-    assert dealt == parts(clips, 10, 4, 3, shapes) != parts(clips, 10, 4, 4, shapes)
+    assert dealt == deal_parts(clips, 10, 4, 3, shapes) != deal_parts(clips, 10, 4, 4, shapes)
 
 
 def test_bodies_can_be_given():
-    dealt = parts([Path("a")], 3, 2, 0, body_shapes([(3.0, -3.0), (-3.0,)], BODIES, 0))
+    dealt = deal_parts([Path("a")], 3, 2, 0, body_shapes([(3.0, -3.0), (-3.0,)], BODIES, 0))
     assert all([part.betas[:3] for part in each] == [(3.0, -3.0, 0.0), (-3.0, 0.0, 0.0)] for each in dealt)
 
 
 def test_random_designs_are_of_all_kinds_and_half_of_them_fit_closely():
-    names = designs(20, first=7, edge=0.045)
+    names = design_names(20, first=7, edge=0.045)
     assert len(set(names)) == 20
     assert sum(name.startswith("close-") for name in names) == 10
     kinds = collections.Counter(name.removeprefix("close-").partition(":")[0] for name in names)
     assert set(kinds.values()) == {4}
     assert names[0] == "top:7@45"
-    assert set(names).isdisjoint(designs(20, first=11, edge=0.045))
+    assert set(names).isdisjoint(design_names(20, first=11, edge=0.045))
 
 
 def test_a_body_that_is_no_numbers_is_refused(folder, monkeypatch, capsys):

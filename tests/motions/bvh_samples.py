@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hemline.motions.bvh import Bvh, Skeleton
+from hemline.motions.bvh import Bvh, BvhSkeleton
 from hemline.motions.quaternions import inverse, multiply, rotate
 
 LIMBS = {
@@ -91,7 +91,7 @@ def person(frames: int = 20, seed: int = 0) -> Bvh:
             turn = Rotation.from_rotvec(chance.normal(0, 0.4, (frames, 3)))
         rotations[:, joint] = quaternions(turn)
     parents = tuple(NAMES.index(parent) if parent else -1 for parent, _ in LIMBS.values())
-    skeleton = Skeleton(
+    skeleton = BvhSkeleton(
         names=NAMES,
         parents=parents,
         offsets=np.array([offset for _, offset in LIMBS.values()], dtype=float),

@@ -57,14 +57,14 @@ def test_at_is_slerp_and_stays_within_the_clip():
 
 def test_resampled_keeps_the_frames_that_both_rates_have():
     motion = make_motion(frames=13, fps=120.0)
-    slow = motion.resampled(30)
+    slow = motion.resample(30)
     assert (len(slow), slow.fps) == (4, 30)
     assert np.allclose(slow.translations, motion.translations[::4], atol=1e-6)
     dots = np.abs(np.sum(slow.rotations * motion.rotations[::4], axis=-1))
     assert np.allclose(dots, 1, atol=1e-6)
-    assert len(motion.resampled(240)) == 25
-    assert motion.resampled(120) is motion
-    assert motion[:1].resampled(30).fps == 30
+    assert len(motion.resample(240)) == 25
+    assert motion.resample(120) is motion
+    assert motion[:1].resample(30).fps == 30
 
 
 def test_hash_is_of_what_moves_and_not_of_names():
@@ -97,13 +97,13 @@ def test_what_is_no_motion_is_refused(changes, message):
 def test_bad_rates_and_stretches_are_refused():
     motion = make_motion()
     with pytest.raises(BadMotion, match="must be positive; got -1"):
-        motion.resampled(-1)
+        motion.resample(-1)
     with pytest.raises(BadMotion, match="must have from 1 to 1000 frames a second; got 2000"):
-        motion.resampled(2000)
+        motion.resample(2000)
     with pytest.raises(BadMotion, match="must have from 1 to 1000 frames a second; got 0.3"):
         motion[::100]
     with pytest.raises(BadMotion, match="may have 432000 frames at 1000 a second; got 1000001 for 1000 s; cut it"):
-        make_motion(frames=1001, fps=1.0).resampled(1000)
+        make_motion(frames=1001, fps=1.0).resample(1000)
     with pytest.raises(BadMotion, match="must go forward; got step -1"):
         motion[::-1]
     with pytest.raises(BadMotion, match="must have a frame"):

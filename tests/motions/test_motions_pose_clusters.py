@@ -28,7 +28,7 @@ def test_heaps_are_found_and_stood_for_by_a_pose_in_their_middle():
     found = cluster_poses(poses, ONES, 3, seed=1)
     assert sorted(sorted(np.unique(members // 40)) for members in found.members) == [[0], [1], [2]]
     assert [len(members) for members in found.members] == [40, 40, 40]
-    assert found.share < 0.2
+    assert found.residual < 0.2
     away = square_distances(without_heading(poses), found.means, ONES)
     for cluster, members in enumerate(found.members):
         assert (np.diff(away[members, cluster]) >= 0).all()
@@ -42,7 +42,7 @@ def test_heaps_are_found_and_stood_for_by_a_pose_in_their_middle():
 
 def test_more_clusters_leave_less_and_the_seed_decides():
     poses = scattered()
-    shares = [cluster_poses(poses, ONES, count).share for count in (1, 3, 10, 120)]
+    shares = [cluster_poses(poses, ONES, count).residual for count in (1, 3, 10, 120)]
     assert shares[0] == pytest.approx(1) and (np.diff(shares) < 0).all() and shares[3] < 1e-9
     one, two = cluster_poses(poses, ONES, 10, seed=4), cluster_poses(poses, ONES, 10, seed=4)
     np.testing.assert_array_equal(one.means, two.means)
@@ -54,7 +54,7 @@ def test_joints_without_weight_do_not_count():
     weights = ONES.copy()
     weights[19] = 0
     both, left = cluster_poses(poses, ONES, 2), cluster_poses(poses, weights, 2)
-    assert both.share < 0.3 < 0.7 < left.share
+    assert both.residual < 0.3 < 0.7 < left.residual
 
 
 def test_where_bodies_head_is_left_out_and_how_they_tilt_is_kept():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hemline.errors import BadGarment, BadInput
-from hemline.options import check_options, not_negative, options_of, positive, share
+from hemline.options import check_options, fraction, not_negative, options_of, positive
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class Options:
     columns: int = not_negative(0)
     step: float = positive(0.5)
     weight: float = not_negative(1.0)
-    part: float = share(0.25)
+    part: float = fraction(0.25)
     shift: float = 0.0
     mirror: bool = True
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -47,8 +47,8 @@ def test_defaults_and_what_lies_just_within_are_taken():
         ({"weight": float("nan")}, "option 'weight' must not be negative; got nan"),
         ({"weight": "1"}, "option 'weight' must be a finite number; got '1'"),
         ({"weight": True}, "option 'weight' must be a finite number; got True"),
-        ({"part": 0.0}, "option 'part' must be a share; got 0.0; give a finite number between 0 and 1"),
-        ({"part": 1.0}, "option 'part' must be a share; got 1.0"),
+        ({"part": 0.0}, "option 'part' must be a fraction; got 0.0; give a finite number between 0 and 1"),
+        ({"part": 1.0}, "option 'part' must be a fraction; got 1.0"),
         ({"shift": float("-inf")}, "option 'shift' must be a finite number; got -inf; give a finite number"),
         ({"mirror": 1}, "option 'mirror' must be a switch; got 1; use true or false"),
         ({"wind": (0.0, 1.0)}, r"option 'wind' must be a vector; got \(0.0, 1.0\); give 3 finite numbers"),

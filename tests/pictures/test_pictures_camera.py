@@ -13,7 +13,7 @@ def test_projection_of_known_points():
     camera = Camera((0.0, 0.0, 2.0), (0.0, 0.0, 0.0), field_of_view=2 * np.arctan(0.5))
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     expected = [[50, 50, 2], [100, 50, 2], [50, 0, 2], [50, 50, 1]]
-    np.testing.assert_allclose(camera.projected(points, (100, 100)), expected, atol=1e-12)
+    np.testing.assert_allclose(camera.project(points, (100, 100)), expected, atol=1e-12)
 
 
 def test_axes_are_a_right_handed_frame_even_straight_down():
@@ -27,7 +27,7 @@ def test_axes_are_a_right_handed_frame_even_straight_down():
 @pytest.mark.parametrize("view", VIEWS_DEG)
 def test_all_points_are_seen_and_one_pair_touches_the_margin(view, size):
     points = np.random.default_rng(3).normal(size=(200, 3)) * [0.4, 0.9, 0.3] + [5, 1, -2]
-    seen = frame_points(points, view, size=size, margin=0.1).projected(points, size)
+    seen = frame_points(points, view, size=size, margin=0.1).project(points, size)
     share = seen[:, :2] / size
     assert seen[:, 2].min() > 0
     assert share.min() > 0.1 - 1e-9
@@ -51,7 +51,7 @@ def test_a_following_camera_keeps_its_direction_and_sees_all():
     assert len(cameras) == 60
     for camera, points in zip(cameras, frames, strict=True):
         np.testing.assert_allclose(camera.axes, cameras[0].axes, atol=1e-12)
-        share = camera.projected(points, (320, 240))[:, :2] / (320, 240)
+        share = camera.project(points, (320, 240))[:, :2] / (320, 240)
         assert share.min() > 0.05
         assert share.max() < 0.95
     steps = np.diff([camera.eye for camera in cameras], axis=0)
@@ -62,7 +62,7 @@ def test_a_still_camera_sees_the_whole_clip():
     frames = np.random.default_rng(2).normal(size=(5, 20, 3)) + 3 * np.arange(5)[:, None, None]
     cameras = frame_clip(frames, "front", follow=False)
     assert len(set(cameras)) == 1
-    share = cameras[0].projected(frames.reshape(-1, 3), (640, 640))[:, :2] / 640
+    share = cameras[0].project(frames.reshape(-1, 3), (640, 640))[:, :2] / 640
     assert share.min() > 0.05
     assert share.max() < 0.95
 

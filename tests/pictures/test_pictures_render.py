@@ -90,9 +90,13 @@ def test_the_nearer_surface_hides_the_other_in_either_order():
 
 
 def test_the_inside_has_another_colour():
-    outside = render([ShadedSurface(SQUARE, TWO, (0.8, 0.4, 0.4), inside=(0.05, 1.0, 0.05))], FRONT, (64, 64), ground=None)
+    outside = render(
+        [ShadedSurface(SQUARE, TWO, (0.8, 0.4, 0.4), inside=(0.05, 1.0, 0.05))], FRONT, (64, 64), ground=None
+    )
     turned = TWO[:, ::-1].copy()
-    inside = render([ShadedSurface(SQUARE, turned, (0.8, 0.4, 0.4), inside=(0.05, 1.0, 0.05))], FRONT, (64, 64), ground=None)
+    inside = render(
+        [ShadedSurface(SQUARE, turned, (0.8, 0.4, 0.4), inside=(0.05, 1.0, 0.05))], FRONT, (64, 64), ground=None
+    )
     assert outside[32, 32, 0] > outside[32, 32, 1] + 30
     assert inside[32, 32, 1] > inside[32, 32, 0] + 30
 

@@ -49,7 +49,7 @@ def danced(players, dance):
 
 
 def kept(player):
-    return getattr(player.animator, "kept", np.arange(len(player.garment.vertices)))
+    return getattr(player.animator, "vertex_ids", np.arange(len(player.garment.vertices)))
 
 
 def test_each_row_is_a_vertex_of_the_full_garment(cape, body, players):
@@ -63,7 +63,7 @@ def test_each_row_is_a_vertex_of_the_full_garment(cape, body, players):
     for index in range(5):
         state, full = cape.step(state, body.posed(walk[index]), DT)
         other, some = half.step(other, body.posed(walk[index]), DT)
-    np.testing.assert_array_equal(some, full[half.kept])
+    np.testing.assert_array_equal(some, full[half.vertex_ids])
     for detail, player in players.items():
         assert len(player.garment.vertices) == round(detail * 12690) and player.garment.faces.max() < len(kept(player))
 
@@ -77,7 +77,7 @@ def test_from_a_quarter_down_the_ropes_and_the_second_network_stay_out(cape, bod
         state = level.start(body.posed(run[0]))
         for index in range(20):
             state, _ = level.step(state, body.posed(run[index]), DT)
-        shares[detail] = float(state.bones.share)
+        shares[detail] = float(state.bones.ropes_weight)
     assert shares[0.5] > 0.1 and shares[0.25] == 0
     networks = [len(level_of(cape, detail).networks) for detail in (0.5, 0.25)]  # type: ignore[attr-defined]
     assert networks == [2, 1]
@@ -118,7 +118,7 @@ def test_cloth_does_not_jump_when_the_level_changes(players, dance, danced, one,
     here, there = players[one], players[other]
     state, before = danced[one]
     _, stays = here.step(state, dance[41], DT)
-    _, changed = there.step(here.switched(state, there), dance[41], DT)
+    _, changed = there.step(here.switch_to(state, there), dance[41], DT)
     begun = PlayerState(state.animator, there.whole.start(), there.projector.start())
     _, anew = there.step(begun, dance[41], DT)
     _, mine, theirs = np.intersect1d(kept(here), kept(there), return_indices=True)
@@ -133,7 +133,7 @@ def test_fine_offsets_of_vertices_that_stay_go_along(players, danced):
     state, _ = danced[1.0]
     before, after = np.empty((12690, 3)), np.empty((3172, 3))
     before[full.projector.on_body.order] = state.whole.offsets
-    after[quarter.projector.on_body.order] = full.switched(state, quarter).whole.offsets
+    after[quarter.projector.on_body.order] = full.switch_to(state, quarter).whole.offsets
     np.testing.assert_array_equal(after, before[kept(quarter)])
     assert np.abs(after).max() > 1e-3
 
@@ -141,8 +141,8 @@ def test_fine_offsets_of_vertices_that_stay_go_along(players, danced):
 def test_there_and_back_goes_on(players, dance, danced):
     state, _ = danced[1.0]
     full, quarter = players[1.0], players[0.25]
-    back = quarter.switched(full.switched(state, quarter), full)
-    assert full.switched(state, full) is state
+    back = quarter.switch_to(full.switch_to(state, quarter), full)
+    assert full.switch_to(state, full) is state
     for index in range(41, 56):
         state, stays = full.step(state, dance[index], DT)
         back, went = full.step(back, dance[index], DT)
@@ -193,7 +193,7 @@ def test_a_state_goes_on_only_on_the_same_animator_and_body(cape, body, players,
     )
     for other in others:
         with pytest.raises(BadInput, match="a state goes on at another level of the same animator on the same body"):
-            players[1.0].switched(state, other)
+            players[1.0].switch_to(state, other)
 
 
 def test_an_animator_without_levels_says_so(body):

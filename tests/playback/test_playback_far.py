@@ -86,7 +86,7 @@ def test_frames_in_the_world_are_the_local_ones_moved_as_far_as_single_precision
     for here, there in (
         (frame.local.vertices, frame.vertices),
         (frame.local.animated, frame.animated),
-        (frame.local.held, frame.held),
+        (frame.local.before_projection, frame.before_projection),
         (frame.local.body.joints, frame.body.joints),
     ):
         assert there.dtype == np.float32
@@ -229,7 +229,11 @@ def test_an_origin_is_kept_until_the_body_is_far_from_it():
     def at(x, before=WORLD_ORIGIN, y=0.0):
         return origin_for(Pose(rotations, np.array([x, y, 0.0], np.float32)), before)
 
-    assert at(0) == at(64) == at(-64) == WORLD_ORIGIN and at(65) == (64.0, 0.0, 0.0) and at(0, y=-100.0) == (0.0, -128.0, 0.0)
+    assert (
+        at(0) == at(64) == at(-64) == WORLD_ORIGIN
+        and at(65) == (64.0, 0.0, 0.0)
+        and at(0, y=-100.0) == (0.0, -128.0, 0.0)
+    )
     assert at(65, (128.0, 0.0, 0.0)) == (128.0, 0.0, 0.0) and at(63.9, (128.0, 0.0, 0.0)) == WORLD_ORIGIN
     assert at(20, (64.0, 0.0, 0.0)) == (64.0, 0.0, 0.0) and at(1e6) == (1e6, 0.0, 0.0)
     assert at(FARTHEST_BODY) == (FARTHEST_BODY, 0.0, 0.0)

@@ -13,7 +13,7 @@ from hemline.cli.main import main
 from hemline.collide import LayersReport, inside
 from hemline.collide.layers.closed_cloth import ClosedCloth
 from hemline.errors import BadInput
-from hemline.garments import pieces_apart, worn_together
+from hemline.garments import split_pieces, wear_together
 
 
 @pytest.fixture(scope="module")
@@ -23,16 +23,16 @@ def models():
 
 def test_pieces_apart_are_the_garments_that_were_worn_together():
     each = [garments.load("trousers-light"), garments.load("cape-light")]
-    both = worn_together(each)
+    both = wear_together(each)
     start = 0
-    for one, apart in zip(each, pieces_apart(both), strict=True):
+    for one, apart in zip(each, split_pieces(both), strict=True):
         np.testing.assert_array_equal(apart.faces, one.faces)
         np.testing.assert_array_equal(apart.rest_edges, one.rest_edges)
         np.testing.assert_array_equal(apart.pins.vertices, one.pins.vertices)
         np.testing.assert_array_equal(apart.vertices, both.vertices[start : start + len(one.vertices)])
         assert apart.name == one.name and apart.material == one.material
         start += len(one.vertices)
-    assert pieces_apart(each[0]) == (each[0],)
+    assert split_pieces(each[0]) == (each[0],)
 
 
 def test_models_together_move_each_garment_as_its_own_model_does(models):
@@ -48,13 +48,13 @@ def test_models_together_move_each_garment_as_its_own_model_does(models):
 
 
 def test_a_frame_of_several_garments_has_none_behind_another(models):
-    body, walk = bodies.load("anny24").shaped(), motions.load("walk").resampled(30)
+    body, walk = bodies.load("anny24").shaped(), motions.load("walk").resample(30)
     player = hemline.Player.prepare(together(models), body)
     state = player.start(walk[0], pre_roll=0.1)
     state, frame = player.step(state, walk[0], 1 / 30)
     assert isinstance(frame.report, LayersReport)
     assert frame.milliseconds["layers"] > 0
-    inner, start = pieces_apart(player.garment)[0], len(models[0].garment.vertices)
+    inner, start = split_pieces(player.garment)[0], len(models[0].garment.vertices)
     closed = ClosedCloth.of(start, inner.faces)
     behind = inside(closed.vertices(frame.vertices[:start]), closed.faces, frame.vertices[start:])
     np.testing.assert_array_equal(np.flatnonzero(behind) + start, frame.report.caught)
@@ -100,6 +100,6 @@ def test_the_command_says_in_one_line_what_it_cannot_wear(arguments, told, tmp_p
 def test_a_garment_of_two_pieces_is_one_animator_of_any_kind(tmp_path):
     body = bodies.load("anny24").shaped()
     each = [garments.load("tshirt-light"), replace(garments.load("cape-light"), name="over")]
-    animator = animators.load("live").animator_for(worn_together(each), body)  # type: ignore[union-attr]
+    animator = animators.load("live").animator_for(wear_together(each), body)  # type: ignore[union-attr]
     player = hemline.Player.prepare(animator, body)
     assert len(player.projector.layers[1]) == 1  # type: ignore[union-attr]

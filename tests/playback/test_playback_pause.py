@@ -158,7 +158,7 @@ def test_animators_of_any_garment_take_any_time(body, walk, name):
 
 
 def test_what_no_animator_knows_how_to_move_is_played_too(body, walk):
-    """An animator of another package: without `moved_along` it gets the quarter of a second, and stays as it was."""
+    """An animator of another package: without `relocate` it gets the quarter of a second, and stays as it was."""
 
     class Plain:
         def __init__(self, full):

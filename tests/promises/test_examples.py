@@ -8,15 +8,18 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-SCRIPTS = [*sorted((ROOT / "examples").glob("*.py")), ROOT / "benchmarks/learned_part.py"]
+SCRIPTS = {
+    **{path.stem: [str(path)] for path in sorted((ROOT / "examples").glob("*.py"))},
+    "learned_part": ["-m", "papers.rope_chains.learned_part"],
+}
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("script", SCRIPTS)
 def test_scripts_run(script, tmp_path):
     done = subprocess.run(
-        [sys.executable, str(script)],
+        [sys.executable, *SCRIPTS[script]],
         cwd=tmp_path,
-        env=os.environ | {"NUMBA_NUM_THREADS": "1"},
+        env=os.environ | {"NUMBA_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         timeout=240,

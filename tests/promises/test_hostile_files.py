@@ -38,10 +38,10 @@ CHILD = """
 import json, resource, sys, time
 resource.setrlimit(resource.RLIMIT_AS, (6 * 2**30, 6 * 2**30))
 from hemline import bodies, garments, motions
-from hemline.bodies.character_mesh import read_character_mesh
+from hemline.bodies.character.character_mesh import read_character_mesh
 from hemline.errors import BadInput
-from hemline.garments.garment_toml import read_garment_toml
-from hemline.garments.mhclo import read_mhclo
+from hemline.garments.reading.garment_toml import read_garment_toml
+from hemline.garments.reading.mhclo import read_mhclo
 from hemline.meshes import read_mesh
 import scipy.spatial.transform, trimesh.exchange.load
 

@@ -66,7 +66,7 @@ def test_notice_names_nothing_that_does_not_ship():
 
 @pytest.mark.parametrize("path", sorted((PACKAGE / "models").rglob("*.safetensors")), ids=inside)
 def test_each_file_of_data_holds_its_terms(path):
-    _, metadata = made.contents(path)
+    _, metadata = made.read_contents(path)
     kind, name = metadata["kind"], path.stem
     if kind in ("model", "distance"):
         assert metadata["licences"] == list(made.TERMS[name])
@@ -95,14 +95,14 @@ def test_terms_are_written_without_touching_what_they_are_about():
     """The hash of the body, which each model names, and those of the garments are of arrays and cuts alone."""
     body = bodies.load("anny24")
     for name in ("cape", "skirt", "tshirt-light", "longsleeve-light", "trousers-light", "anny24-sdf"):
-        _, metadata = made.contents(PACKAGE / "models" / f"{name}.safetensors")
+        _, metadata = made.read_contents(PACKAGE / "models" / f"{name}.safetensors")
         assert metadata["body"]["hash"] == body.hash
     for name in ("tshirt-light", "longsleeve-light", "trousers-light"):
         assert animators.load(name).garment.hash == garments.load(name).hash
-    arrays, metadata = made.contents(PACKAGE / "models" / "live.safetensors")
-    assert made.with_terms("live", metadata) == metadata
+    arrays, metadata = made.read_contents(PACKAGE / "models" / "live.safetensors")
+    assert made.add_terms("live", metadata) == metadata
     other = {**metadata, "licences": []}
-    assert made.with_terms("live", other) == metadata and content_hash(*arrays.values())
+    assert made.add_terms("live", other) == metadata and content_hash(*arrays.values())
 
 
 def test_a_clip_that_is_read_by_its_number_has_the_terms_of_its_owner():
@@ -131,7 +131,7 @@ def test_a_model_says_what_it_was_made_of(tmp_path):
         licences=["CC0", before],
         extra={},
     )
-    assert made.contents(tmp_path / "a.safetensors")[1]["licences"] == ["CC0", CMU_TERMS]
+    assert made.read_contents(tmp_path / "a.safetensors")[1]["licences"] == ["CC0", CMU_TERMS]
     shirt, trousers = animators.load("tshirt-light"), animators.load("trousers-light")
     both = terms_of(animators.together([trousers, shirt]))
     assert set(terms_of(shirt)) | set(terms_of(trousers)) == set(both)

@@ -8,7 +8,7 @@ import pytest
 from tests.promises.import_graph import PACKAGE, circles, files, imports, name_of
 
 ORDER = [
-    {"errors", "arrays", "compiled", "doors", "files", "options", "version"},
+    {"errors", "arrays", "compiled", "access", "files", "options", "version"},
     {"meshes", "motions"},
     {"bodies"},
     {"garments"},
@@ -25,7 +25,7 @@ ORDER = [
 """Rooms, from left to right; rooms in one set do not import each other."""
 BESIDE = {
     ("files", "errors"),
-    ("doors", "errors"),
+    ("access", "errors"),
     ("options", "errors"),
     ("compiled", "errors"),
     ("compiled", "files"),
@@ -44,7 +44,7 @@ CLIPS_ONLY = {"study"}
 """Rooms that see files of clips only."""
 SHARED = "coarse"
 """What animators share that move a coarse garment by a network; it imports none of them."""
-FROM_SIM = {"animators/live", "animators/coarse", "animators/simulated_proxy", "animators/settled_proxy"}
+FROM_SIM = {"animators/live", "animators/coarse", "animators/simulated_proxy", "animators/settle"}
 """Animators whose garments settle, or move, by the simulator while they are prepared or shown, and what they share."""
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
 FILES = files()
@@ -78,7 +78,7 @@ def test_rooms_import_only_what_stands_to_their_left(file):
                 f"'{room}' sees arrays only; {name_of(file)} imports '{other}'"
             )
         if room in CLIPS_ONLY:
-            assert other in ("doors", "errors", "files"), (
+            assert other in ("access", "errors", "files"), (
                 f"'{room}' sees files of clips only; {name_of(file)} imports '{other}'"
             )
         if (room, other) == ("animators", "sim"):

@@ -17,7 +17,7 @@ def test_what_it_names_is_there():
 
 
 def test_each_promise_names_its_tests():
-    promised = TEXT.split("## What is promised")[1].split("## What is not promised")[0]
+    promised = TEXT.split("## Promises")[1].split("## Limits")[0]
     for paragraph in promised.split("\n\n**")[1:]:
         assert "tests/" in paragraph, paragraph[:60]
 

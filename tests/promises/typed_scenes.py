@@ -77,7 +77,7 @@ def play() -> None:
     motion = motions.load("run")[:4]
     frames = list(hemline.play(cape, body, motion, fps=60, pre_roll=0.1, measure=True, untangle=True))
     near, far = (hemline.Player.prepare(cape, body, detail=detail) for detail in (0.5, 0.2))
-    state = near.switched(near.start(motion[0], pre_roll=0.1), far)
+    state = near.switch_to(near.start(motion[0], pre_roll=0.1), far)
     far.step(state, motion[1], 1 / 30)
     hemline.detail_for(5.0, {0.5: near.error, 0.2: far.error})
     recorded = hemline.record(frames, garment_name="cape", garment_faces=cape.garment.faces, motion=motion, fps=60)
@@ -118,13 +118,13 @@ def fit() -> None:
 def close_fitting() -> None:
     """From anchors to a model of a shirt, on another shape; poses of a clip sorted into clusters."""
     from hemline.motions.pose_clusters import cluster_poses
-    from hemline.sim.takes.database import poses_of
-    from tests.animators import dressed_by_formula as made
+    from hemline.sim.takes.database import sample_poses
+    from tests.animators import formula_garment as made
 
-    made.dataset(Path("anchors"), 4, singles=1, shapes=made.SHAPES[:3])
+    made.make_dataset(Path("anchors"), 4, singles=1, shapes=made.SHAPES[:3])
     verb("fit anchors --animator agentdress -o shirt.safetensors --pose-modes 4")
     verb(f"evaluate shirt.safetensors -m {clip('walk', 5)} --betas 1 0 0 0 0.5 --json")
-    cluster_poses(poses_of([motions.load("walk")[:40]]), np.ones(24), 2)
+    cluster_poses(sample_poses([motions.load("walk")[:40]]), np.ones(24), 2)
 
 
 def tryon() -> None:
@@ -144,9 +144,9 @@ def read() -> None:
         motion = motions.load(name)
         motions.longest_clean(motion)
     body = bodies.load("anny24")
-    garments.worn_together([garments.load("tshirt-light"), garments.load("skirt-light")])
+    garments.wear_together([garments.load("tshirt-light"), garments.load("skirt-light")])
     bodies.write("body.safetensors", body)
-    bodies.read("body.safetensors").shaped([1.0]).untangled_motion(motions.load("kick")[:5])
+    bodies.read("body.safetensors").shaped([1.0]).untangle_motion(motions.load("kick")[:5])
 
 
 SCENES = {scene.__name__: scene for scene in (wrong_shape, play, simulate, rest, fit, close_fitting, tryon, read)}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hemline.sim import Elastic, Scene, Sheet, make_sheet
+from hemline.sim import Elastic, Sheet, StepScene, make_sheet
 from tests.sim.sim_sheets import grid
 
 NO_PINS = np.zeros((0, 3))
@@ -25,4 +25,4 @@ def square():
 @pytest.fixture
 def free():
     """A scene without pins and without a body."""
-    return lambda share: Scene(NO_PINS)
+    return lambda share: StepScene(NO_PINS)

@@ -17,7 +17,7 @@ def hanging_strip(*, pinned: bool = True, young: float = 60.0):
     vertices = np.stack([flat[:, 0] - 0.03, 0.3 - flat[:, 1], np.full(len(flat), 0.22)], axis=1)
     tree = ClosestTree(shaped.vertices.astype(np.float64), shaped.body.faces)
     top = np.flatnonzero(flat[:, 1] == 0) if pinned else np.zeros(0, int)
-    pins = Pins.bound(top, vertices[top], tree, shaped.normals)
+    pins = Pins.bind(top, vertices[top], tree, shaped.normals)
     vertices[top] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     material = Material("test", density=0.15, young=young, poisson=0.0, bending=1e-7, drag=0.0, lift=0.0)
     garment = Garment(
@@ -44,7 +44,7 @@ def hanging_loop(*, gap: float = 0.0008, radius: float = 0.03):
     vertices = np.stack([x, 0.3 - leg - radius * np.sin(angle), 0.22 + flat[:, 0]], axis=1)
     tree = ClosestTree(shaped.vertices.astype(np.float64), shaped.body.faces)
     ends = np.flatnonzero((along == 0) | (along == along.max()))
-    pins = Pins.bound(ends, vertices[ends], tree, shaped.normals)
+    pins = Pins.bind(ends, vertices[ends], tree, shaped.normals)
     vertices[ends] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     material = Material("test", density=0.15, young=60.0, poisson=0.0, bending=3e-6, drag=0.0, lift=0.0)
     garment = Garment(

@@ -11,7 +11,7 @@ def squares(blocks):
     return blocks[:-PAD].reshape(-1, 3, 3).transpose(0, 2, 1).astype(float)
 
 
-def assembled(model, workspace):
+def assemble_matrix(model, workspace):
     """What the workspace's system holds, without pairs, by vertices."""
     layout, matrix = model.layout, workspace.system.matrix
     count = len(layout.vertex)
@@ -23,7 +23,7 @@ def assembled(model, workspace):
     return whole[order][:, order]
 
 
-def assembled_pairs(model, pairs):
+def assemble_pair_matrix(model, pairs):
     """What `PairBlocks` add to it: of each pair its block times the weights of two corners."""
     count = model.sheet.vertex_count
     if not len(pairs.corners):

@@ -6,7 +6,7 @@ from hemline.motions import JOINT_NAMES, PARENTS, Motion
 from hemline.motions.quaternions import from_axis_angle, inverse, multiply
 
 
-def kicked(shaped, frames, *, knee_deg=150.0, hip_deg=-80.0):
+def kick_motion(shaped, frames, *, knee_deg=150.0, hip_deg=-80.0):
     """The left leg of a body at rest, thigh up and heel to the seat in the middle of so many frames, and back."""
     rest = shaped.rest_pose
     before, share = rest.rotations.astype(np.float64), np.sin(np.pi * np.arange(frames) / (frames - 1)) ** 2

@@ -20,7 +20,7 @@ def napkin(shaped):
     return garments.make_cape(shaped, rows=10, columns=20, name="napkin")
 
 
-def turned(shaped, angle: float) -> Pose:
+def turn_pose(shaped, angle: float) -> Pose:
     """The rest pose with the pelvis turned about the vertical."""
     rotations = shaped.rest_pose.rotations.astype(np.float64).copy()
     rotations[0] = multiply(from_axis_angle(np.array([0.0, angle, 0.0])), rotations[0])
@@ -30,7 +30,7 @@ def turned(shaped, angle: float) -> Pose:
 @pytest.fixture(scope="module")
 def made(napkin, shaped, tmp_path_factory):
     folder = tmp_path_factory.mktemp("anchors") / "data"
-    anchors = [sim.Anchor(shaped.rest_pose), sim.Anchor(turned(shaped, 0.3)), sim.Anchor(shaped.rest_pose, (1.0,))]
+    anchors = [sim.Anchor(shaped.rest_pose), sim.Anchor(turn_pose(shaped, 0.3)), sim.Anchor(shaped.rest_pose, (1.0,))]
     return folder, anchors, sim.produce_anchors(folder, napkin, anchors, turns=[0], betas=[0])
 
 

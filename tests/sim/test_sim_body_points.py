@@ -9,8 +9,8 @@ import trimesh
 
 from hemline import bodies
 from hemline.bench.simulator import make_shirt
-from hemline.bodies.velocities import reshaping
-from hemline.sim import Scene, Sensitivities, SimSettings, MovingSkin, Stepper, BodySurface, settle
+from hemline.bodies.velocities import reshaping_velocity
+from hemline.sim import BodySurface, MovingSkin, Sensitivities, SimSettings, Stepper, StepScene, settle
 from hemline.sim.cloth.join import join_sheets
 from hemline.sim.contact.pairs import body_points
 from hemline.sim.rest.static_step import StaticStep
@@ -32,13 +32,13 @@ def finger(height, *, at=(0.12, 0.12)):
 
 def step_of(stepper, state, h, then, now):
     """A step whose contact has been found, not solved yet."""
-    scenes = (Scene(np.zeros((0, 3)), skin) for skin in (then, now))
+    scenes = (StepScene(np.zeros((0, 3)), skin) for skin in (then, now))
     return Step(stepper.model, stepper.workspace, state, h, *scenes)
 
 
 def points_of(stepper, x, skin):
     """The points of cloth at rest over a body at rest."""
-    return step_of(stepper, stepper.start(x), 1e-6, skin, skin).meeting.points
+    return step_of(stepper, stepper.start(x), 1e-6, skin, skin).pair_contacts.points
 
 
 def rim(x, size):
@@ -62,7 +62,7 @@ def test_a_finger_lifts_the_triangle_that_it_comes_up_under(square, offset):
 
     def scene(time):
         # the top starts 5 mm below the sheet and rises by 3 cm in half a second
-        return Scene(x[pins], finger(0.03 * time - RADIUS - 0.005, at=at)[0])
+        return StepScene(x[pins], finger(0.03 * time - RADIUS - 0.005, at=at)[0])
 
     for step in range(steps):
         state, _ = stepper.advance(state, 1 / 120, lambda share, step=step: scene((step + share) / steps))
@@ -87,7 +87,11 @@ def test_points_are_where_libigl_finds_body_vertices_behind_the_cloth(square):
     # the ball's top stands 2 mm out; how far the cloth is from the ball itself, negative inside
     height = np.einsum("vi,vi->v", skin.normals, closest - vertices)
     gap = igl.signed_distance(closest, vertices, faces.astype(np.int64))[0]
-    near = (np.sqrt(squared) < body_points.MAX_POINT_DEPTH) & (np.abs(height) < body_points.MAX_POINT_DEPTH) & (height < slack)
+    near = (
+        (np.sqrt(squared) < body_points.MAX_POINT_DEPTH)
+        & (np.abs(height) < body_points.MAX_POINT_DEPTH)
+        & (height < slack)
+    )
     # planes are those of interpolated normals, the triangles of the ball are not smooth: 0.2 mm
     sure, possible = (set(np.flatnonzero(near & (gap < slack + more))) for more in (-2e-4, 2e-4))
     assert 10 < len(sure) < 60 and sure <= set(points.body_vertex) <= possible
@@ -130,7 +134,7 @@ def test_cloth_that_falls_fast_meets_the_near_side_alone(square):
     skin, faces = finger(-RADIUS - 0.001, at=(0.13, 0.14))
     stepper = Stepper(sheet, surface=BodySurface(faces, reach=0.04))
     state = replace(stepper.start(x), velocities=np.tile([0.0, -3.0, 0.0], (len(x), 1)))
-    points = step_of(stepper, state, 1 / 120, skin, skin).meeting.points
+    points = step_of(stepper, state, 1 / 120, skin, skin).pair_contacts.points
     # in this step it would fall by 25 mm, through all of the ball
     height = skin.normals[points.body_vertex, 1]
     # those just below the equator are as near as the cloth is above them: 5 mm along their normals at most
@@ -144,7 +148,7 @@ def test_no_thickness_no_points(square):
         sheet, surface=BodySurface(faces, reach=0.04), settings=SimSettings(thickness=0.0, self_contact=False)
     )
     step = step_of(stepper, stepper.start(x), 1e-6, skin, skin)
-    assert step.potential.pairs is None and step.meeting.points is None
+    assert step.potential.pairs is None and step.pair_contacts.points is None
 
 
 def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatch):
@@ -155,7 +159,7 @@ def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatc
     rest = settle(make_shirt(shaped), shaped, settings=settings)
     derivatives = Sensitivities(rest)
     posed, way = shaped.posed(rest.pose), 1e-5
-    velocity, ends = reshaping(posed, 1), []
+    velocity, ends = reshaping_velocity(posed, 1), []
     for sign in (1, -1):
         # the same points, each on its triangle of the changed body: what a step finds, as long as none changes sides
         skin = MovingSkin(posed.vertices.astype(float) + sign * way * velocity, posed.normals.astype(float))
@@ -164,12 +168,12 @@ def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatc
             derivatives._dressed.stepper.workspace,
             rest.positions,
             rest.pinched,
-            Scene(np.zeros((0, 3)), skin),
+            StepScene(np.zeros((0, 3)), skin),
             rest.friction_anchors,
-            held=rest.face,
+            crease_face=rest.face,
         )
         ends.append(step.potential.workspace.pressed.copy())
-    loaded = len(derivatives._step.meeting.points)
+    loaded = len(derivatives._step.pair_contacts.points)
     assert loaded > 100
     # `pressed` holds the gradient of pairs alone, as the shirt is flat
     wanted = -(ends[0] - ends[1]) / (2 * way)

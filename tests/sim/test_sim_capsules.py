@@ -1,4 +1,4 @@
-"""Cloth and the bones of limbs: what is worn on a limb stays around its bones, whatever the skin does."""
+"""Cloth and the bones of limbs: cloth on a limb stays around its bones, whatever the skin does."""
 
 from dataclasses import replace
 from typing import Any
@@ -11,14 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from hemline import bodies, garments
 from hemline.motions import JOINT_NAMES
-from hemline.sim import Scene, SimSettings, Stepper, rest_drape
+from hemline.sim import SimSettings, Stepper, StepScene, rest_drape
 from hemline.sim.contact.pairs.capsule_kernels import nearest_on_triangle, segment_hits_triangle
-from hemline.sim.contact.pairs.capsules import BONES, SEARCH_RADII, CAPSULE_STIFFNESS, Capsules
+from hemline.sim.contact.pairs.capsules import BONES, CAPSULE_STIFFNESS, SEARCH_RADII, Capsules
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.model import make_model
 from hemline.tryon.crossing_segment_kernels import crossings_of_segments
 from hemline.tryon.skeleton import Skeleton
-from tests.sim.sim_poses import kicked
+from tests.sim.sim_poses import kick_motion
 
 KNEE, ANKLE = JOINT_NAMES.index("left_knee"), JOINT_NAMES.index("left_ankle")
 SHIN = BONES.tolist().index([KNEE, ANKLE])
@@ -98,7 +98,9 @@ def test_rows_are_those_of_a_search_triangle_by_triangle(shaped, capsules):
         outward = turn.apply((on - then[0] - at * way) / np.linalg.norm(on - then[0] - at * way))
         assert np.abs(rows.normal[row] - outward).max() < 1e-6
         assert rows.reach[row] == pytest.approx(rows.normal[row] @ rows.carried[row] + rows.thickness[row])
-        assert rows.stiffness[row] == pytest.approx(CAPSULE_STIFFNESS * rows.weights[row] @ stiffness[rows.corners[row]])
+        assert rows.stiffness[row] == pytest.approx(
+            CAPSULE_STIFFNESS * rows.weights[row] @ stiffness[rows.corners[row]]
+        )
     assert expected == len(found) > 100 and not rows.limit.any()
 
 
@@ -116,7 +118,7 @@ def test_a_triangle_that_the_bone_goes_through_is_let_go(shaped, capsules):
 
 def test_triangles_at_pins_or_between_limbs_are_left_alone(square):
     sheet, _ = square(3)
-    model = make_model(sheet, pinned=np.array([0]), home=np.array([1, 1, 1, 1, 1, 1, 2, 2, 2]))
+    model = make_model(sheet, pinned=np.array([0]), rest_limb=np.array([1, 1, 1, 1, 1, 1, 2, 2, 2]))
     for face, limb in zip(sheet.faces, model.limb_of_face, strict=True):
         of = {1 if vertex < 6 else 2 for vertex in face}
         assert limb == (-1 if 0 in face or len(of) > 1 else of.pop())
@@ -158,8 +160,8 @@ def test_the_capsules_are_deep_inside_the_body_at_rest(betas):
 def test_a_bone_carries_the_cloth_of_its_limb_and_no_other(square, shaped, capsules, worn):
     """A shin rises at 1 m/s through a sheet that lies 4 cm over it; there is no skin at all."""
     sheet, x = square(13, 0.24, density=0.15, young=120.0, damping=0.003)
-    home = np.full(len(x), capsules.limb[SHIN] if worn != "on another" else 0)
-    stepper = Stepper(sheet, capsules=capsules, home=home, settings=SimSettings(self_contact=False))
+    rest_limb = np.full(len(x), capsules.limb[SHIN] if worn != "on another" else 0)
+    stepper = Stepper(sheet, capsules=capsules, rest_limb=rest_limb, settings=SimSettings(self_contact=False))
     state = stepper.start(x - [0.12, 0, 0.12])
     state = replace(state, contact_history=None) if worn == "being dressed" else state
     ends, steps, h = np.array([[0.0, -0.04, -0.2], [0.0, -0.04, 0.2]]), 24, 1 / 240
@@ -168,7 +170,7 @@ def test_a_bone_carries_the_cloth_of_its_limb_and_no_other(square, shaped, capsu
         return with_shin(shaped, ends + [0, time, 0])
 
     for step in range(steps):
-        scene = lambda share, step=step: Scene(np.zeros((0, 3)), joints=shin((step + share) * h))  # noqa: E731
+        scene = lambda share, step=step: StepScene(np.zeros((0, 3)), joints=shin((step + share) * h))  # noqa: E731
         state, _ = stepper.advance(state, h, scene)
     over = state.positions[np.abs(x[:, 0] - 0.12) < 1e-6, 1] - (steps * h - 0.04)
     assert over.min() > 0.01 if worn == "on the limb" else over.max() < -0.02
@@ -176,7 +178,7 @@ def test_a_bone_carries_the_cloth_of_its_limb_and_no_other(square, shaped, capsu
 
 @pytest.mark.parametrize("guarded", [True, False])
 def test_a_trouser_leg_stays_around_a_knee_that_is_folded_as_far_as_it_goes(shaped, guarded):
-    trousers, motion = garments.load("trousers-light"), kicked(shaped, 12)
+    trousers, motion = garments.load("trousers-light"), kick_motion(shaped, 12)
     settings = SimSettings(lead_in=0.0)
     dressed = DressedBody(trousers, shaped, settings)
     if not guarded:
@@ -184,7 +186,8 @@ def test_a_trouser_leg_stays_around_a_knee_that_is_folded_as_far_as_it_goes(shap
     state = dressed.stepper.start(rest_drape(trousers, shaped, settings).vertices[0])
     worst = 0
     for frame in range(len(motion) - 1):
-        state, _, posed = dressed.frame(state, motion[frame], motion[frame + 1])
+        simulated = dressed.simulate_frame(state, motion[frame], motion[frame + 1])
+        state, posed = simulated.state, simulated.posed
         skeleton = Skeleton.of(posed.joints)
         through = np.empty(len(skeleton.limbs), np.int64)
         crossings_of_segments(skeleton.points, skeleton.limbs, state.positions, trousers.faces, through)

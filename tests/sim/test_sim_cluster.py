@@ -55,7 +55,7 @@ if __name__ == "__main__":
 def make(folder: Path, **options):
     """Three clips of a second, each in two parts, of a napkin of 66 vertices."""
     napkin = garments.make_cape(bodies.load("anny24").shaped(), rows=6, columns=11, name="napkin")
-    clips = [sim.Clip(motions.load(name)[:25], motions.subject_of(name)) for name in CLIPS]
+    clips = [sim.ClipRequest(motions.load(name)[:25], motions.subject_of(name)) for name in CLIPS]
     settings = sim.SimSettings(settle=0.2, lead_in=0.3)
     return sim.produce(folder, napkin, clips, settings=settings, part_seconds=0.4, **options)
 

@@ -10,18 +10,18 @@ from hemline.sim.solver.clusters import cut
 from hemline.sim.step.dressed_body import make_garment_sheet
 
 
-def halved_by_scipy(graph, vertices, parts):
+def halve_with_scipy(graph, vertices, parts):
     """The same by scipy's breadth first, half by half."""
     if parts <= 1 or len(vertices) < 2:
         return [vertices]
     inner = graph[vertices][:, vertices]
-    order = swept(inner, int(swept(inner, 0)[-1]))
+    order = sweep(inner, int(sweep(inner, 0)[-1]))
     half = len(order) * (parts // 2) // parts
     one, two = np.sort(vertices[order[:half]]), np.sort(vertices[order[half:]])
-    return halved_by_scipy(graph, one, parts // 2) + halved_by_scipy(graph, two, parts - parts // 2)
+    return halve_with_scipy(graph, one, parts // 2) + halve_with_scipy(graph, two, parts - parts // 2)
 
 
-def swept(graph, start):
+def sweep(graph, start):
     seen, order = np.zeros(graph.shape[0], bool), []
     while not seen.all():
         order.append(breadth_first_order(graph, start, directed=False, return_predecessors=False))
@@ -41,7 +41,7 @@ def test_cuts_are_those_of_scipys_breadth_first(parts):
     sheet = make_garment_sheet(garments.load("tshirt-light"))
     # some are left out in stripes, so that what is left falls into pieces
     vertices = np.flatnonzero(np.arange(sheet.vertex_count) // 100 % 5 != 0)
-    found, expected = cut(sheet, vertices, parts), halved_by_scipy(couplings(sheet), vertices, parts)
+    found, expected = cut(sheet, vertices, parts), halve_with_scipy(couplings(sheet), vertices, parts)
     assert len(found) == len(expected) == parts
     for one, two in zip(found, expected, strict=True):
         np.testing.assert_array_equal(one, two)

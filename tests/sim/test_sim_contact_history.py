@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from hemline.sim import Scene, SimSettings, MovingSkin, Stepper, BodySurface
-from hemline.sim.contact.history.contact_history import MAX_DEPTH, FORGET_HEIGHT, MAX_SKEW, ContactHistory
+from hemline.sim import BodySurface, MovingSkin, SimSettings, Stepper, StepScene
+from hemline.sim.contact.history.contact_history import FORGET_HEIGHT, MAX_DEPTH, MAX_SKEW, ContactHistory
 from hemline.sim.contact.history.history_kernels import share_no_corner, walk_downhill
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
@@ -36,7 +36,7 @@ class Blocks:
         return MovingSkin(moved.astype(np.float32), self.normals)
 
 
-def pressed_and_released(square, body, way, *, limb=None):
+def press_and_release(square, body, way, *, limb=None):
     """The sheet at height 0 after the upper block went along that way over time, from 0 to 1."""
     sheet, x = square(13, 0.12, density=0.15, young=120.0, damping=0.003, friction=0.3)
     x = x - [0.06, 0, 0.06]
@@ -46,7 +46,7 @@ def pressed_and_released(square, body, way, *, limb=None):
     state = stepper.start(x)
     for step in range(STEPS):
         state, _ = stepper.advance(
-            state, H, lambda share, step=step: Scene(np.zeros((0, 3)), body.skin(way((step + share) / STEPS)))
+            state, H, lambda share, step=step: StepScene(np.zeros((0, 3)), body.skin(way((step + share) / STEPS)))
         )
     return state.positions
 
@@ -56,7 +56,7 @@ def test_cloth_comes_out_of_a_fold_where_it_went_in(square):
     plate = (0.2, 0.03, 0.2)
     body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
     # 2 cm apart at first, 2 cm inside each other halfway
-    end = pressed_and_released(square, body, lambda time: 0.04 * np.sin(np.pi * time))
+    end = press_and_release(square, body, lambda time: 0.04 * np.sin(np.pi * time))
     assert end[:, 1].min() > -0.006 and end[:, 1].max() < 0.016
 
 
@@ -64,7 +64,7 @@ def test_cloth_comes_out_of_a_fold_where_it_went_in(square):
 def test_what_goes_through_a_limb_does_not_take_its_cloth_along(square, limbs):
     """A bar falls on cloth that lies on a block, through the block, and on."""
     body = Blocks(block((0.2, 0.04, 0.2), (0, -0.025, 0)), block((0.3, 0.03, 0.03), (0, 0.04, 0)))
-    end = pressed_and_released(square, body, lambda time: 0.2 * time, limb=body.limb if limbs else None)
+    end = press_and_release(square, body, lambda time: 0.2 * time, limb=body.limb if limbs else None)
     dragged = (end[:, 1] < -0.02).sum()
     # where nothing tells the bar from the block, it does
     assert dragged == 0 if limbs else dragged > 10
@@ -77,12 +77,12 @@ def test_the_first_place_is_the_closest_one_where_nothing_overlaps():
     rng = np.random.default_rng(3)
     direction = rng.normal(size=(300, 3))
     points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
-    fixed, home = np.zeros(300, bool), np.zeros(300, np.int64)
-    history = ContactHistory.of(np.full((300, 2), -1, np.int32), surface)
+    fixed, rest_limb = np.zeros(300, bool), np.zeros(300, np.int64)
+    history = ContactHistory.from_faces(np.full((300, 2), -1, np.int32), surface)
     for _ in range(5):
         points = points + rng.normal(scale=0.004, size=points.shape)
         found = surface.closest(points, skin, fixed)
-        history = ContactHistory.of(history.faces, surface).moved(surface, points, skin, found, home)
+        history = ContactHistory.from_faces(history.faces, surface).advance(surface, points, skin, found, rest_limb)
         assert np.array_equal(history.first.face, found.face)
         # slid over a ball, a place is the closest one
         assert not (history.second.face >= 0).any()
@@ -93,19 +93,19 @@ def test_a_place_that_was_left_is_kept_until_it_is_far(square):
     plate = (0.2, 0.03, 0.2)
     body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
     surface, skin = BodySurface(body.faces, reach=0.04), body.skin(0.0)
-    points, fixed, home = np.zeros((1, 3)), np.zeros(1, bool), np.zeros(1, np.int64)
-    history = ContactHistory.of(np.full((1, 2), -1, np.int32), surface)
+    points, fixed, rest_limb = np.zeros((1, 3)), np.zeros(1, bool), np.zeros(1, np.int64)
+    history = ContactHistory.from_faces(np.full((1, 2), -1, np.int32), surface)
     seen = []
     for height in (0.0, 0.002, 0.008, 0.009, 0.0145, 0.003):
         points[0, 1] = height
-        history = history.moved(surface, points, skin, surface.closest(points, skin, fixed), home)
+        history = history.advance(surface, points, skin, surface.closest(points, skin, fixed), rest_limb)
         seen.append([-1 if face < 0 else int(body.limb[face]) for face in history.faces[0]])
     lower, upper, none = 0, 1, -1
     assert seen == [[lower, none], [lower, none], [upper, lower], [upper, lower], [upper, none], [lower, upper]]
 
 
-@pytest.mark.parametrize("home", [0, 1])
-def test_only_its_own_limb_takes_a_vertex_back_from_another_one_in_flesh(home):
+@pytest.mark.parametrize("rest_limb", [0, 1])
+def test_only_its_own_limb_takes_a_vertex_back_from_another_one_in_flesh(rest_limb):
     """A bar that came with it has taken the vertex 8 mm into the block, past the bar's own lower side."""
     body = Blocks(block((0.2, 0.04, 0.2), (0, -0.025, 0)), block((0.3, 0.03, 0.03), (0, 0.04, 0)))
     surface, skin = BodySurface(body.faces, reach=0.04, limb=body.limb), body.skin(0.055)
@@ -114,11 +114,11 @@ def test_only_its_own_limb_takes_a_vertex_back_from_another_one_in_flesh(home):
     under = np.flatnonzero((body.limb == 1) & (body.low.shape[0] <= body.faces.min(axis=1)))
     centres = skin.vertices[body.faces[under]].mean(axis=1)
     bar = under[np.linalg.norm(centres - [0.0, -0.03, 0.0], axis=1).argmin()]
-    history = ContactHistory.of(np.array([[bar, -1]], np.int32), surface)
+    history = ContactHistory.from_faces(np.array([[bar, -1]], np.int32), surface)
     assert body.limb[found.face[0]] == 0, "the block's top is closest"
-    moved = history.moved(surface, points, skin, found, np.array([home]))
-    assert body.limb[moved.first.face[0]] == home
-    assert (moved.second.face[0] >= 0) == (home == 0)
+    moved = history.advance(surface, points, skin, found, np.array([rest_limb]))
+    assert body.limb[moved.first.face[0]] == rest_limb
+    assert (moved.second.face[0] >= 0) == (rest_limb == 0)
 
 
 def test_a_place_slides_over_the_skin_to_where_it_is_closest():
@@ -145,8 +145,8 @@ def first_after(body, came, point):
     surface, skin = BodySurface(body.faces, reach=0.04), body.skin(0.0)
     points = np.array([point])
     found = surface.closest(points, skin, np.zeros(1, bool))
-    history = ContactHistory.of(np.array([[came, -1]], np.int32), surface)
-    first = history.moved(surface, points, skin, found, np.zeros(1, np.int64)).first
+    history = ContactHistory.from_faces(np.array([[came, -1]], np.int32), surface)
+    first = history.advance(surface, points, skin, found, np.zeros(1, np.int64)).first
     return not share_no_corner(surface.faces, first.face[0], came), share_no_corner(surface.faces, found.face[0], came)
 
 
@@ -166,7 +166,7 @@ def test_skin_that_looks_the_same_way_is_not_taken_from_deep_below_it():
     assert first_after(body, came, (0.0, 0.035, 0.0)) == (True, True)
 
 
-def twin_of_moved(surface, points, skin, found, home, history):
+def reference_places(surface, points, skin, found, rest_limb, history):
     """First and second faces of each vertex, one after the other, by the words of `contact_history`."""
     mesh = skin.vertices, surface.faces, surface.star.starts, surface.star.columns
 
@@ -190,7 +190,7 @@ def twin_of_moved(surface, points, skin, found, home, history):
         if jumps:
             across = over(i, *closest)[2] @ over(i, *came)[2] < 0
             known = left is not None and not share_no_corner(surface.faces, left[0], closest[0])
-            returns = surface.limb[closest[0]] == home[i] != surface.limb[came[0]]
+            returns = surface.limb[closest[0]] == rest_limb[i] != surface.limb[came[0]]
             height = over(i, *closest)[0]
             if height < 0 and (across or height < -MAX_DEPTH) and not returns and not known:
                 first = came
@@ -198,26 +198,30 @@ def twin_of_moved(surface, points, skin, found, home, history):
                 second = came
         if second is not None:
             height, distance, _ = over(i, *second)
-            kept = share_no_corner(surface.faces, first[0], second[0]) and height < FORGET_HEIGHT and distance < MAX_SKEW * abs(height) + MAX_DEPTH
+            kept = (
+                share_no_corner(surface.faces, first[0], second[0])
+                and height < FORGET_HEIGHT
+                and distance < MAX_SKEW * abs(height) + MAX_DEPTH
+            )
             second = second if kept else None
         result.append([first[0], -1 if second is None else second[0]])
     return np.array(result)
 
 
-def test_sides_are_their_twins():
+def test_places_equal_those_of_the_plain_reference():
     """Cloth that is stirred between two plates, which are in each other half of the time."""
     plate, rng = (0.2, 0.03, 0.2), np.random.default_rng(11)
     body = Blocks(block(plate, (0, -0.02, 0)), block(plate, (0, 0.03, 0)))
     surface = BodySurface(body.faces, reach=0.04, limb=body.limb)
     points = rng.uniform([-0.08, 0.0, -0.08], [0.08, 0.01, 0.08], (300, 3))
-    fixed, home = np.zeros(300, bool), rng.integers(0, 2, 300)
-    history, seen = ContactHistory.of(np.full((300, 2), -1, np.int32), surface), np.zeros(3, int)
+    fixed, rest_limb = np.zeros(300, bool), rng.integers(0, 2, 300)
+    history, seen = ContactHistory.from_faces(np.full((300, 2), -1, np.int32), surface), np.zeros(3, int)
     for step in range(12):
         skin = body.skin(0.02 + 0.025 * np.sin(step))
         points = points + rng.normal(scale=0.004, size=points.shape)
         found = surface.closest(points, skin, fixed)
-        expected = twin_of_moved(surface, points, skin, found, home, history)
-        history = history.moved(surface, points, skin, found, home)
+        expected = reference_places(surface, points, skin, found, rest_limb, history)
+        history = history.advance(surface, points, skin, found, rest_limb)
         assert np.array_equal(history.faces, expected)
         seen += [(expected[:, 1] >= 0).sum(), (expected[:, 0] != found.face).sum(), (expected[:, 1] < 0).sum()]
     assert (seen > 100).all()
@@ -233,7 +237,7 @@ def test_the_other_limb_yields_where_both_press():
     middle = np.array([skin.vertices[body.faces[lower]].mean(axis=0)] * 5, float)
     middle[:, 1] = [-0.002, -0.002, -0.009, -0.002, 0.01]
     pinched = np.array([False, False, False, True, True])
-    history = ContactHistory.of(faces, surface)
+    history = ContactHistory.from_faces(faces, surface)
     history.weights[:] = 1 / 3
     shared = history.stiffnesses(surface, middle, skin, np.zeros(5, np.int64), pinched, np.full(5, 10.0), 0.02)
     assert pytest.approx(np.array([[10, 10], [10, 10], [0.2, 10], [10, 0.2], [0.2, 10]])) == shared.T

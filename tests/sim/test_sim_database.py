@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments, motions
-from hemline.bodies.lifted_arms import lifted_arms
+from hemline.bodies.lifted_arms import lift_pose_arms
 from hemline.cli.main import main
 from hemline.datasets import create, open_dataset
 from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
@@ -16,7 +16,7 @@ from hemline.garments import coarser_garment
 from hemline.motions.motion import JOINT_NAMES
 from hemline.sim import make_database
 from hemline.sim.takes import database
-from hemline.sim.takes.database import poses_of
+from hemline.sim.takes.database import sample_poses
 
 
 @cache
@@ -50,7 +50,7 @@ def test_anchors_are_poses_of_the_clips_on_all_shapes(made):
     folder, found, told = made
     assert len(found.shapes) == 5 and len(found.anchors) == 3 and all(found.anchors)
     dataset = open_dataset(folder)
-    poses = poses_of([motions.load("walk")[:60], motions.load("dance")[:90]])
+    poses = sample_poses([motions.load("walk")[:60], motions.load("dance")[:90]])
     for anchor, members in zip(found.anchors, found.clusters.members, strict=True):
         assert len(anchor.names) == 5
         away = np.abs(poses[members] - anchor.pose.rotations).max(axis=(1, 2))
@@ -78,10 +78,10 @@ def test_the_joints_that_move_a_shirt_count(made):
 
 def test_poses_are_every_fourth_frame_with_arms_lifted():
     walk = motions.load("walk")[:60]
-    poses = poses_of([walk])
-    thirty = walk.resampled(30.0)
+    poses = sample_poses([walk])
+    thirty = walk.resample(30.0)
     assert len(poses) == -(-len(thirty) // 4)
-    lifted = lifted_arms(thirty[4]).rotations
+    lifted = lift_pose_arms(thirty[4]).rotations
     np.testing.assert_allclose(poses[1, 1:], lifted[1:], atol=1e-6)
     assert np.abs(poses[1, 16] - thirty[4].rotations[16]).max() > 0.05
 
@@ -100,7 +100,7 @@ def test_the_command_continues_what_is_there_and_a_fit_plays_it(made, few_shapes
 
 
 @pytest.mark.slow
-def test_another_material_in_the_same_poses_is_fitted_beside_and_worn(made, tmp_path, capsys, monkeypatch):
+def test_another_material_in_the_same_poses_is_fitted_and_played(made, tmp_path, capsys, monkeypatch):
     folder, found, _ = made
     monkeypatch.chdir(tmp_path)
     shirt().save("shirt.safetensors")

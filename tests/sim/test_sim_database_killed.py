@@ -27,7 +27,7 @@ MINUTES = 10
 
 def make(folder: Path):
     """Two anchors and three poses on the mean shape of the body alone, of a shirt of 315 vertices."""
-    database.SHAPES = 0
+    database.SHAPE_BETAS = 0
     garment, _ = coarser_garment(garments.load("tshirt-light"), 0.1)
     return make_database(folder, garment, [motions.load("walk")[:60]], 2, beside=3)
 
@@ -41,7 +41,7 @@ def digests(folder: Path) -> dict[str, str]:
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
-def killed_with(folder: Path, script: Path, count: int) -> dict[str, int]:
+def kill_with(folder: Path, script: Path, count: int) -> dict[str, int]:
     """Kill the process as soon as there are so many takes; what was there, by its time of writing."""
     process = subprocess.Popen([sys.executable, str(script), str(folder)], start_new_session=True)
     deadline = time.monotonic() + 60 * MINUTES
@@ -58,7 +58,7 @@ def test_killed_in_the_middle_it_goes_on_to_the_same_bytes(tmp_path):
     script, folder = tmp_path / "run.py", tmp_path / "killed"
     script.write_text(SCRIPT)
     for count in (1, 2):
-        there = killed_with(folder, script, count)
+        there = kill_with(folder, script, count)
         assert len(there) >= count
     subprocess.run([sys.executable, str(script), str(folder)], check=True, timeout=60 * MINUTES)
     after = stamps(folder)

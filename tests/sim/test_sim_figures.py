@@ -1,4 +1,4 @@
-"""Figures of trust count what they say."""
+"""Quality figures of takes."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hemline.meshes import strains
 from hemline.sim.cloth.figures import strain_figures
 
 
-def test_tension_and_compression_are_told_apart(square):
+def test_tension_and_compression_are_distinguished(square):
     sheet, x = square(6)
     stretched = (x * [1.1, 1, 0.98]).astype(np.float32)[None]
     strain = strains(stretched, sheet.edges, sheet.edge_length.astype(np.float32))[0]

@@ -1,4 +1,4 @@
-"""The end of a frame: what is led out of the body, and what stays, as two parts of it are in each other."""
+"""The end of a frame: vertices that are pushed out of the body, and those that stay between two of its parts."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from hemline import bodies, garments
 from hemline.collide import winding_numbers
 from hemline.sim.step.frame_end import COUNT_INTERVAL, MAX_PINCHED_MOVE, FrameEnd
-from tests.sim.sim_poses import kicked
+from tests.sim.sim_poses import kick_motion
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +15,7 @@ def folded():
     them at rest: some inside, some inside thigh and calf at once.
     """
     shaped = bodies.load("anny24").shaped()
-    posed = shaped.posed(kicked(shaped, 3)[1])
+    posed = shaped.posed(kick_motion(shaped, 3)[1])
     rng = np.random.default_rng(8)
     legs = np.flatnonzero(shaped.vertices[:, 1] < shaped.joints[1, 1])
     faces = np.flatnonzero(np.isin(shaped.body.faces, legs[shaped.vertices[legs, 0] > 0]).all(axis=1))
@@ -32,9 +32,10 @@ def cleaned(folded):
     trousers = garments.load("trousers-light")
     vertices, places = trousers.vertices.astype(np.float64), np.full((len(trousers.vertices), 2), -1, np.int32)
     vertices[: len(points)], places[: len(points), 0] = points, face
-    end = FrameEnd(trousers, shaped)
+    end, projector = FrameEnd(trousers, shaped), None
     for _ in range(COUNT_INTERVAL):
-        result = end.clean(posed, vertices, 1 / 30, places)
+        result = end.clean(posed, vertices, 1 / 30, places, projector=projector)
+        projector = result.projector
     assert result.inside == 0, "counted in every so many frames"
     count = len(points)
     pinned = np.isin(np.arange(count), result.pinched)

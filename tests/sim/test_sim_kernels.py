@@ -1,31 +1,31 @@
-"""Kernels against plain NumPy twins, finite differences and other libraries."""
+"""Kernels against plain NumPy versions, finite differences and other libraries."""
 
 import numpy as np
 import pytest
 from scipy.linalg import cholesky_banded, solveh_banded
 from scipy.sparse.linalg import spsolve
 
-from hemline.sim import MovingSkin, Stepper, BodySurface
+from hemline.sim import BodySurface, MovingSkin, Stepper
 from hemline.sim.cloth.air_kernels import air_at_vertices, air_by_triangle
 from hemline.sim.cloth.rows import Rows
-from hemline.sim.contact.body.body_contact import SEARCH_AGAIN_DISTANCE, Contact
+from hemline.sim.contact.body.body_contact import SEARCH_AGAIN_DISTANCE, ClosestContact
 from hemline.sim.contact.body.load_kernels import contact_terms, slip_terms
 from hemline.sim.contact.body.planes import SkinPoints
-from hemline.sim.contact.body.touch_kernels import SEARCH_BLOCK, BLOCK_STRIDE, mark_turned_inside
+from hemline.sim.contact.body.touch_kernels import BLOCK_STRIDE, SEARCH_BLOCK, mark_turned_inside
 from hemline.sim.solver.conjugate_kernels import factorise, solve_band
 from hemline.sim.step.newton import newton_step
-from hemline.sim.step.state import Scene
+from hemline.sim.step.state import StepScene
 from hemline.sim.step.step import Step
-from tests.sim.sim_matrices import assembled, vectors
+from tests.sim.sim_matrices import assemble_matrix, vectors
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 
 
-def crumpled(positions, amount=0.03, seed=1):
+def crumple(positions, amount=0.03, seed=1):
     return positions + amount * np.random.default_rng(seed).normal(size=positions.shape)
 
 
-def twin_energy(sheet, x):
+def reference_energy(sheet, x):
     """St. Venant-Kirchhoff and isometric bending, in plain NumPy."""
     edges = np.stack([x[sheet.faces[:, 1]] - x[sheet.faces[:, 0]], x[sheet.faces[:, 2]] - x[sheet.faces[:, 0]]], 2)
     frame = edges @ sheet.shape[:, 1:]
@@ -38,16 +38,16 @@ def twin_energy(sheet, x):
     return (sheet.area * density).sum() + angle_free
 
 
-def test_energy_is_its_twins(square):
+def test_energy_equals_that_of_the_plain_reference(square):
     sheet, positions = square(7, young=40.0, poisson=0.2, bending=1e-3)
-    x = crumpled(positions)
-    assert Stepper(sheet).energy(x) == pytest.approx(twin_energy(sheet, x), rel=1e-12)
+    x = crumple(positions)
+    assert Stepper(sheet).energy(x) == pytest.approx(reference_energy(sheet, x), rel=1e-12)
 
 
 @pytest.mark.parametrize("curved", [0.0, 0.2])
 def test_forces_are_the_gradient_of_the_energy(square, curved):
     sheet, positions = square(6, curved=curved, young=5.0, bending=0.05)
-    stepper, x = Stepper(sheet), crumpled(positions)
+    stepper, x = Stepper(sheet), crumple(positions)
     gradient = stepper.gradient(x)
     for seed in range(3):
         direction = np.random.default_rng(seed).normal(size=x.shape)
@@ -59,23 +59,23 @@ def test_forces_are_the_gradient_of_the_energy(square, curved):
 @pytest.mark.parametrize("curved", [0.0, 0.2])
 def test_elastic_forces_have_no_resultant_and_no_moment(square, curved):
     sheet, positions = square(6, curved=curved, young=5.0, bending=0.05)
-    x = crumpled(positions)
+    x = crumple(positions)
     gradient = Stepper(sheet).gradient(x)
     assert np.abs(gradient.sum(axis=0)).max() < 1e-11
     assert np.abs(np.cross(x, gradient).sum(axis=0)).max() < 1e-11
 
 
-def stretched_step(square, **material):
+def make_stretched_step(square, **material):
     """A step from a sheet under tension, where no part of the Hessian has to be left out."""
     sheet, positions = square(9, young=20.0, bending=1e-3, **material)
     stepper = Stepper(sheet)
-    state = stepper.start(crumpled(positions * [1.3, 1, 1.3], 0.002))
-    nowhere = Scene(np.zeros((0, 3)))
+    state = stepper.start(crumple(positions * [1.3, 1, 1.3], 0.002))
+    nowhere = StepScene(np.zeros((0, 3)))
     return stepper, Step(stepper.model, stepper.workspace, state, 0.01, nowhere, nowhere)
 
 
 def test_hessian_is_the_gradient_of_the_forces(square):
-    stepper, step = stretched_step(square)
+    stepper, step = make_stretched_step(square)
     x, direction = step.state.positions, np.random.default_rng(0).normal(size=step.state.positions.shape)
 
     def gradient_at(positions):
@@ -85,7 +85,7 @@ def test_hessian_is_the_gradient_of_the_forces(square):
     change = (gradient_at(x + 1e-6 * direction) - gradient_at(x - 1e-6 * direction)) / 2e-6
     assert np.isfinite(gradient_at(x)).all()
     step.potential.assemble()
-    product = (assembled(stepper.model, stepper.workspace) @ direction.ravel()).reshape(-1, 3)
+    product = (assemble_matrix(stepper.model, stepper.workspace) @ direction.ravel()).reshape(-1, 3)
     # blocks are stored in float32: 6e-8 of the largest entries
     assert np.abs(product - change).max() < 2e-6 * np.abs(change).max()
 
@@ -93,12 +93,12 @@ def test_hessian_is_the_gradient_of_the_forces(square):
 def test_conjugate_gradients_solve_the_system(square):
     sheet, positions = square(20, young=200.0, bending=1e-3)
     pinned = np.arange(5)
-    stepper, scene = Stepper(sheet, pinned=pinned), Scene(positions[pinned])
+    stepper, scene = Stepper(sheet, pinned=pinned), StepScene(positions[pinned])
     state = stepper.start(positions * [1.2, 1, 1.2])
     step = Step(stepper.model, stepper.workspace, state, 0.01, scene, scene)
     newton_step(step.potential, fresh=True, solver_share=1e-5, solver_steps=150)
     system, free = stepper.workspace.system, np.repeat(~stepper.model.fixed, 3)
-    matrix = assembled(stepper.model, stepper.workspace)[free][:, free]
+    matrix = assemble_matrix(stepper.model, stepper.workspace)[free][:, free]
     wanted = spsolve(matrix.tocsc(), vectors(stepper.model, system.right)[free].astype(float))
     found = vectors(stepper.model, system.vectors.solution)[free]
     assert np.linalg.norm(found - wanted) < 1e-3 * np.linalg.norm(wanted)
@@ -189,11 +189,14 @@ def test_the_surface_is_sought_again_only_under_points_that_moved():
     direction = np.random.default_rng(7).normal(size=(200, 3))
     points = 0.31 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
     fixed, stiffness = np.arange(200) < 20, np.full(200, 7.0)
-    contact = Contact(surface, skin, skin, points, points, fixed, stiffness)
+    contact = ClosestContact(surface, skin, skin, points, points, fixed, stiffness)
     before = contact.planes
     assert not contact.move(points + 0.5 * SEARCH_AGAIN_DISTANCE), "nobody moved far enough"
     moved = np.arange(200) >= 150
-    later = points + np.where(moved, 40 * SEARCH_AGAIN_DISTANCE, 0.5 * SEARCH_AGAIN_DISTANCE)[:, None] * direction[:, [1, 2, 0]]
+    later = (
+        points
+        + np.where(moved, 40 * SEARCH_AGAIN_DISTANCE, 0.5 * SEARCH_AGAIN_DISTANCE)[:, None] * direction[:, [1, 2, 0]]
+    )
     farther = np.linalg.norm(later - points, axis=1) > SEARCH_AGAIN_DISTANCE
     assert contact.move(later)
     for name in ("normal", "point"):
@@ -204,7 +207,7 @@ def test_the_surface_is_sought_again_only_under_points_that_moved():
     assert (contact.planes.stiffness[fixed] == 0).all()
 
 
-def test_sides_that_turned_are_those_of_the_plain_twin():
+def test_turned_sides_equal_those_of_the_plain_reference():
     rng = np.random.default_rng(2)
     x, before, normal, point = (rng.normal(size=(300, 3)) for _ in range(4))
     old, new = (rng.choice([0.0, 3.0], 300) for _ in range(2))

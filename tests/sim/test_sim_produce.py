@@ -34,7 +34,7 @@ def small_garment():
 
 def make(folder: Path, jobs: int):
     """Two clips of a second, each in three parts, of a napkin of 288 vertices."""
-    clips = [sim.Clip(motions.load(name)[:31], motions.subject_of(name)) for name in ("walk", "kick")]
+    clips = [sim.ClipRequest(motions.load(name)[:31], motions.subject_of(name)) for name in ("walk", "kick")]
     settings = sim.SimSettings(settle=0.5, lead_in=0.5)
     return sim.produce(folder, small_garment(), clips, settings=settings, jobs=jobs, part_seconds=0.4)
 
@@ -67,7 +67,7 @@ def test_a_second_run_makes_nothing(unbroken):
 def test_parts_join_to_what_one_part_would_have_been(unbroken, tmp_path):
     folder, rows = unbroken
     settings = sim.SimSettings(settle=0.5, lead_in=0.5)
-    clip = sim.Clip(motions.load("walk")[:31], motions.subject_of("walk"))
+    clip = sim.ClipRequest(motions.load("walk")[:31], motions.subject_of("walk"))
     whole = sim.produce(tmp_path / "whole", small_garment(), [clip], settings=settings)
     dataset, other = open_dataset(folder), open_dataset(tmp_path / "whole")
     parts = [dataset.take(row) for row in rows if row.clip == "walk"]
@@ -81,7 +81,7 @@ def test_memory_does_not_grow_with_the_length_of_a_clip(tmp_path):
     walk = motions.load("walk")
 
     def made(frames: int) -> None:
-        clip = sim.Clip(walk[:frames], "one")
+        clip = sim.ClipRequest(walk[:frames], "one")
         sim.produce(tmp_path / "data", garment, [clip], settings=settings, part_seconds=0.2)
 
     def peak_mb(frames: int) -> float:
@@ -150,7 +150,7 @@ def test_a_damaged_take_is_made_again(unbroken, tmp_path):
 
 def test_another_garment_is_refused(unbroken):
     other = garments.make_cape(bodies.load("anny24").shaped(), rows=12, columns=25, name="napkin")
-    clip = sim.Clip(motions.load("walk")[:3], "06")
+    clip = sim.ClipRequest(motions.load("walk")[:3], "06")
     with pytest.raises(BadDataset, match="was made for another garment"):
         sim.produce(unbroken[0], other, [clip])
 

@@ -1,4 +1,4 @@
-"""The drapes that a model of shape learns from."""
+"""Rest drapes of many shapes."""
 
 import numpy as np
 import pytest
@@ -16,11 +16,11 @@ def napkin():
 @pytest.fixture(scope="module")
 def draped(napkin, tmp_path_factory):
     folder = tmp_path_factory.mktemp("rests") / "data"
-    return folder, sim.produce_rests(folder, napkin, sim.spread_shapes(1))
+    return folder, sim.produce_rests(folder, napkin, sim.axis_shapes(1))
 
 
 def test_agentdress_has_seventeen_shapes():
-    shapes = sim.spread_shapes(4)
+    shapes = sim.axis_shapes(4)
     assert len(shapes) == len(set(shapes)) == 17 and shapes[0] == ()
     padded = np.array([(*shape, *[0.0] * (4 - len(shape))) for shape in shapes])
     assert (np.count_nonzero(padded, axis=1) <= 1).all()
@@ -30,7 +30,7 @@ def test_agentdress_has_seventeen_shapes():
 def test_each_shape_has_its_own_drape_and_keeps_its_betas(draped):
     folder, rests = draped
     dataset = open_dataset(folder)
-    for betas, rest in zip(sim.spread_shapes(1), rests, strict=True):
+    for betas, rest in zip(sim.axis_shapes(1), rests, strict=True):
         assert rest.kind == "rest" and len(rest.vertices) == 1 and rest.figures["inside"] == 0
         assert np.array_equal(dataset.rest(betas).vertices, rest.vertices)
     assert not dataset.clips()
@@ -49,7 +49,7 @@ def test_what_is_there_is_not_made_again(draped, napkin):
     folder, _ = draped
     stamps = {path: path.stat().st_mtime_ns for path in (folder / "takes").iterdir()}
     done = []
-    sim.produce_rests(folder, napkin, sim.spread_shapes(1), report=lambda *count: done.append(count))
+    sim.produce_rests(folder, napkin, sim.axis_shapes(1), report=lambda *count: done.append(count))
     assert {path: path.stat().st_mtime_ns for path in (folder / "takes").iterdir()} == stamps
     assert done == [(number, 5) for number in range(1, 6)]
 

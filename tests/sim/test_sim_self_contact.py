@@ -1,4 +1,4 @@
-"""Cloth that meets itself: what is found, what it does, and how crossed cloth comes apart."""
+"""Self-contact of cloth: search, forces, and untangling."""
 
 import os
 import subprocess
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hemline.meshes import crossing_edges, edges, self_crossings, vertex_normals
-from hemline.sim import Elastic, Scene, SimSettings, Stepper, make_sheet
+from hemline.sim import Elastic, SimSettings, Stepper, StepScene, make_sheet
 from hemline.sim.contact.pairs.pair_kernels import pair_forces
 from hemline.sim.contact.pairs.pair_search_kernels import _edge_edge, _vertex_face
 from hemline.sim.contact.pairs.self_contact import SEARCH_MARGIN
@@ -41,7 +41,7 @@ def stack(layers, **material):
     return make_sheet(faces.astype(np.int32), rest, Elastic(**material)), x, starts
 
 
-def folded(across=13, along=25, gap=0.0025):
+def fold_strip(across=13, along=25, gap=0.0025):
     """A strip laid on itself around a half circle, with the sheet that it is made of."""
     x, faces = grid(across, along, 0.12, 0.24)
     sheet, _, _ = stack([(x, faces)], young=100.0)
@@ -55,7 +55,7 @@ def folded(across=13, along=25, gap=0.0025):
 
 
 def still(pinned=None):
-    scene = Scene(np.zeros((0, 3)) if pinned is None else pinned)
+    scene = StepScene(np.zeros((0, 3)) if pinned is None else pinned)
     return lambda share: scene
 
 
@@ -77,7 +77,7 @@ def point_triangle(p, a, b, c):
 
 
 def test_all_near_vertices_and_triangles_are_found():
-    sheet, x = folded()
+    sheet, x = fold_strip()
     x = x + 0.0002 * np.random.default_rng(0).normal(size=x.shape)
     contact = search_of(sheet).find(x, x)
     found = {(int(row[0]), tuple(sorted(map(int, row[1:4])))) for row in contact.corners if row[4] == 0}
@@ -94,7 +94,7 @@ def test_all_near_vertices_and_triangles_are_found():
     assert wanted <= found
 
 
-def crumpled(seed=0):
+def crumple(seed=0):
     """A small sheet, rough enough for folds within a patch, and how it moves: all of it fast, each vertex a little."""
     x, faces = grid(9, 9, 0.06, 0.06)
     sheet, _, _ = stack([(x, faces)], young=100.0)
@@ -131,12 +131,12 @@ def every_pair(search, x, moved):
 
 @pytest.mark.parametrize(("speed", "drift"), [(0.0, 0.0), (0.002, 0.0), (0.002, 0.3), (0.01, 0.0)])
 def test_the_search_leaves_out_nothing(speed, drift):
-    sheet, x, way = crumpled()
+    sheet, x, way = crumple()
     # half of the sheet flies away from the other
     moved = speed * way + drift * np.where(np.arange(len(x)) < 40, 0.05, 0.0)[:, None]
     search = search_of(sheet)
     # what crosses is left out later on
-    search._apart = lambda crossed, corners: corners
+    search._without_crossings = lambda crossed, corners: corners
     contact = search.find(x, x + moved)
     wanted = every_pair(search, x, (x + moved) - x)
     assert len(wanted) > 100
@@ -145,7 +145,7 @@ def test_the_search_leaves_out_nothing(speed, drift):
 
 def test_where_the_cloth_is_changes_nothing():
     # elements are compared in 32 bits, but for that they are counted from a vertex of the cloth
-    sheet, x, way = crumpled()
+    sheet, x, way = crumple()
     away = np.array([5e4, 0.0, -2e5])
     here = search_of(sheet).find(x, x + 0.002 * way)
     far = search_of(sheet).find(x + away, x + away + 0.002 * way)
@@ -232,7 +232,7 @@ def test_cloth_on_cloth_slides_only_beyond_the_angle_of_friction(tangent):
         assert found == pytest.approx(wanted, rel=0.15)
 
 
-def dropped(self_contact):
+def drop_strip(self_contact):
     """Crossings of an upright strip that falls onto a sheet, step by step, and where it ends."""
     x, faces = grid(9, 41, 0.08, 0.3)
     wave = 0.004 * np.sin(40 * x[:, 2])
@@ -251,10 +251,10 @@ def dropped(self_contact):
 
 def test_a_falling_strip_piles_up_and_ends_without_crossing_itself():
     # folds that are narrower than the mesh cross for a moment, and come apart again
-    pairs, heap = dropped(self_contact=True)
+    pairs, heap = drop_strip(self_contact=True)
     assert pairs[-1] == 0
     assert heap[:, 1].min() > -0.0101
-    without, fallen = dropped(self_contact=False)
+    without, fallen = drop_strip(self_contact=False)
     assert max(without) > 10
     assert fallen[:, 1].max() < -0.1
 
@@ -286,7 +286,7 @@ def test_what_pulls_a_crossing_apart_pulls_all_ends_of_its_edges_one_way_and_by_
     x = np.concatenate([first[0], tilted])
     x += 0.004 * np.random.default_rng(1).normal(size=x.shape)
     contact = search_of(sheet).find(x, x)
-    _, untangling = contact.lay(x)
+    _, untangling = contact.pair_rows(x)
     assert untangling.size > 20
     between = np.einsum("pc,pcx->px", untangling.weights, x[untangling.corners])
     height = np.einsum("px,px->p", between, untangling.normal)
@@ -301,7 +301,7 @@ def test_what_pulls_a_crossing_apart_pulls_all_ends_of_its_edges_one_way_and_by_
 
 
 def test_pairs_are_the_same_whatever_the_order_of_the_search():
-    sheet, x = folded()
+    sheet, x = fold_strip()
     roomy, narrow = search_of(sheet), search_of(sheet)
     narrow._room = dict.fromkeys(narrow._room, 1)
     one, two = roomy.find(x, x), narrow.find(x, x)
@@ -324,7 +324,7 @@ def test_edges_hold_edges_off():
     sheet, x = crossing_roofs(0.001)
     contact = search_of(sheet, thickness=0.002).find(x, x)
     assert contact.corners[:, 4].tolist() == [1]
-    pairs = contact.lay(x)[0]
+    pairs = contact.pair_rows(x)[0]
     assert abs(pairs.normal[0, 1]) > 0.99
     stepper = Stepper(sheet, settings=WEIGHTLESS)
     state = stepper.start(x)
@@ -365,7 +365,7 @@ def test_pairs_hold_their_own_side():
     through = x.copy()
     through[starts[1] :, 1] = -0.002
     contact = search_of(sheet).find(x, through)
-    pairs = contact.lay(through)[0]
+    pairs = contact.pair_rows(through)[0]
     # of a vertex and a triangle, the nearest point within it
     within = (pairs.weights[:, 0] == 1) & (pairs.weights[:, 1:] < 0).all(axis=1)
     upper = within & np.isin(pairs.corners[:, 0], range(starts[1], len(x)))

@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from hemline import bodies, garments
-from hemline.bodies.velocities import reshaping, turning
+from hemline.bodies.velocities import reshaping_velocity, turning_velocity
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.pins import Pins
 from hemline.motions import JOINT_NAMES, Pose
@@ -26,23 +26,23 @@ APART = SimSettings(self_contact=False)
 """Where cloth presses on itself, pairs come and go and equilibrium is not found to a millionth of a weight."""
 
 
-def turned(shaped, joint, axis, angle):
+def turn_joint(shaped, joint, axis, angle):
     rotations = shaped.rest_pose.rotations.astype(np.float64)
     number = JOINT_NAMES.index(joint)
     rotations[number] = multiply(rotations[number], from_axis_angle(angle * np.array(axis, float)))
     return Pose(rotations, shaped.rest_pose.translation)
 
 
-def differenced(ends, way):
+def difference(ends, way):
     return (ends[0].positions - ends[1].positions) / (2 * way)
 
 
-def apart(found, wanted):
+def relative_error(found, wanted):
     """Mean error of the vertices over their mean change."""
     return np.linalg.norm(found - wanted, axis=1).mean() / np.linalg.norm(wanted, axis=1).mean()
 
 
-def worn(name, key):
+def settle_on_body(name, key):
     """A garment of GarmentCode, held by friction and shape alone, settled tightly; the body; its derivatives."""
     shaped = bodies.load("anny24").shaped()
     with TemporaryDirectory() as folder:
@@ -56,7 +56,7 @@ def worn(name, key):
 
 @cache
 def shirt():
-    return worn("tshirt", "spine3")
+    return settle_on_body("tshirt", "spine3")
 
 
 @pytest.mark.data
@@ -68,11 +68,13 @@ def test_a_joint_moves_the_shirt_as_central_differences_say(joint, axis):
     garment, shaped, rest, derivatives = shirt()
     way = 1e-4
     ends = [
-        settle(garment, shaped, turned(shaped, joint, axis, sign * way), settings=APART, start=rest, tolerance=TIGHT)
+        settle(
+            garment, shaped, turn_joint(shaped, joint, axis, sign * way), settings=APART, start=rest, tolerance=TIGHT
+        )
         for sign in (1, -1)
     ]
     # the skin is float32, 1e-7 m: 0.1 % of what 1e-4 rad moves at 1 m; the rest is contact that comes and goes
-    assert apart(derivatives.turn(joint, axis), differenced(ends, way)) < 0.02
+    assert relative_error(derivatives.turn(joint, axis), difference(ends, way)) < 0.02
 
 
 @pytest.mark.data
@@ -84,7 +86,7 @@ def test_a_shape_coefficient_moves_the_shirt_as_central_differences_say():
         settle(garment, shaped.body.shaped((0.0, sign * way)), settings=APART, start=rest, tolerance=TIGHT)
         for sign in (1, -1)
     ]
-    assert apart(derivatives.beta(1), differenced(ends, way)) < 0.02
+    assert relative_error(derivatives.beta(1), difference(ends, way)) < 0.02
 
 
 @pytest.mark.data
@@ -103,7 +105,7 @@ def test_a_constant_moves_the_shirt_as_central_differences_say(name):
         else:
             settings = replace(settings, **{name: value + sign * way})
         ends.append(settle(changed, shaped, settings=settings, start=rest, tolerance=1e-7))
-    assert apart(derivatives.constant(name), differenced(ends, way)) < 0.02
+    assert relative_error(derivatives.constant(name), difference(ends, way)) < 0.02
 
 
 def test_the_stretch_of_a_hanging_strip_changes_with_young_as_the_closed_form_says():
@@ -139,7 +141,7 @@ def test_a_constant_moves_cloth_that_presses_on_itself_as_central_differences_sa
         changed = replace(garment.material, **{name: getattr(garment.material, name) + sign * way})
         ends.append(settle(replace(garment, material=changed), shaped, tolerance=TIGHT))
     # of second order in a change of 1 %; measured 0.0002 to 0.0008
-    assert apart(derivatives.constant(name), differenced(ends, way)) < 0.003
+    assert relative_error(derivatives.constant(name), difference(ends, way)) < 0.003
 
 
 def test_the_side_of_a_pressed_loop_follows_its_ends():
@@ -148,22 +150,22 @@ def test_the_side_of_a_pressed_loop_follows_its_ends():
     change = Sensitivities(rest).turn("pelvis", (0, 1, 0))
     # pairs turn with the cloth: a rigid motion about the axis of gravity presses no pair
     wanted = np.cross([0.0, 1.0, 0.0], rest.positions - rest.pose.translation)
-    assert apart(change, wanted) < 0.01
+    assert relative_error(change, wanted) < 0.01
 
 
-def hung(kind):
+def hang(kind):
     """The strip on the skin or on a joint, put there or on springs of 20 N/m a vertex."""
     garment, shaped, _ = hanging_strip()
     pins = garment.pins
     if "joint" in kind:
         top = garment.vertices[pins.vertices].astype(float)
         pins = Pins.on_joint(pins.vertices, top, JOINT_NAMES.index("spine3"), shaped.joints)
-    return replace(garment, pins=pins.softened(20.0) if "springs" in kind else pins), shaped
+    return replace(garment, pins=pins.with_stiffness(20.0) if "springs" in kind else pins), shaped
 
 
 @pytest.mark.parametrize("kind", ["skin", "joint", "springs on skin", "springs on joint"])
 def test_pins_move_with_the_body(kind):
-    garment, shaped = hung(kind)
+    garment, shaped = hang(kind)
     rest = settle(garment, shaped, tolerance=TIGHT)
     change, pins = Sensitivities(rest).turn("pelvis", (0, 1, 0)), garment.pins.vertices
     # the strip turns with the body as a rigid whole: gravity is along the axis
@@ -178,23 +180,23 @@ def test_the_skin_moves_as_differences_of_skinning_say():
     posed, way = shaped.posed(shaped.rest_pose), 1e-3
     axis = np.array([0.3, -0.5, 0.8])
     for joint in ("pelvis", "left_knee", "right_collar"):
-        ends = [shaped.posed(turned(shaped, joint, axis, sign * way)).vertices.astype(float) for sign in (1, -1)]
-        velocity = turning(posed, JOINT_NAMES.index(joint), axis)
+        ends = [shaped.posed(turn_joint(shaped, joint, axis, sign * way)).vertices.astype(float) for sign in (1, -1)]
+        velocity = turning_velocity(posed, JOINT_NAMES.index(joint), axis)
         assert np.abs(velocity - (ends[0] - ends[1]) / (2 * way)).max() < 3e-4
     pose = posed.pose
     ends = [shaped.body.shaped((0.3, -0.2 + sign)).posed(pose).vertices.astype(float) for sign in (1, -1)]
-    assert np.abs(reshaping(posed, 1) - (ends[0] - ends[1]) / 2).max() < 1e-6
+    assert np.abs(reshaping_velocity(posed, 1) - (ends[0] - ends[1]) / 2).max() < 1e-6
 
 
 @pytest.mark.slow
 @pytest.mark.data
 @pytest.mark.skipif(not DATA.is_dir(), reason=f"no garments at {DATA}")
 def test_a_hip_moves_trousers_as_central_differences_say():
-    garment, shaped, rest, derivatives = worn("pants", "pelvis")
+    garment, shaped, rest, derivatives = settle_on_body("pants", "pelvis")
     way, axis = 1e-4, (0, 0, 1)
-    poses = [turned(shaped, "left_hip", axis, sign * way) for sign in (1, -1)]
+    poses = [turn_joint(shaped, "left_hip", axis, sign * way) for sign in (1, -1)]
     ends = [settle(garment, shaped, pose, settings=APART, start=rest, tolerance=TIGHT) for pose in poses]
-    assert apart(derivatives.turn("left_hip", axis), differenced(ends, way)) < 0.02
+    assert relative_error(derivatives.turn("left_hip", axis), difference(ends, way)) < 0.02
 
 
 def test_directions_that_do_not_exist_are_refused():

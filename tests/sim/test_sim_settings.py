@@ -10,7 +10,7 @@ from hemline.sim import SimSettings
         ({"substeps": 0}, "setting 'substeps' must be positive; got 0; give"),
         ({"fps": float("nan")}, "setting 'fps' must be positive; got nan"),
         ({"thickness": -0.001}, "setting 'thickness' must not be negative; got -0.001"),
-        ({"solver_share": 1.5}, "setting 'solver_share' must be a share; got 1.5"),
+        ({"solver_share": 1.5}, "setting 'solver_share' must be a fraction; got 1.5"),
         ({"wind": (0.0, 1.0)}, "setting 'wind' must be a vector"),
     ],
 )

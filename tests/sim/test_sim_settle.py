@@ -16,7 +16,7 @@ from hemline.meshes import crossing_edges
 from hemline.motions import JOINT_NAMES, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 from hemline.sim import SimSettings, rest_drape, settle, settle_all, simulate
-from hemline.tryon.fitness import TORN
+from hemline.tryon.fitness import STRAIN_LIMIT
 from tests.sim.sim_garments import hanging_strip
 
 GRAVITY = 9.81
@@ -37,7 +37,7 @@ def test_a_shirt_comes_to_rest_outside_the_body():
     igl = pytest.importorskip("igl")
     garment, shaped = shirt()
     found = rest()
-    weight = GRAVITY * garment.material.density * found_area(garment) / len(garment.vertices)
+    weight = GRAVITY * garment.material.density * area_of(garment) / len(garment.vertices)
     sizes = np.linalg.norm(found.forces, axis=1)
     assert found.residual_share <= 0.01
     assert sizes.mean() == pytest.approx(found.residual_share * weight, rel=1e-6)
@@ -51,7 +51,7 @@ def test_a_shirt_comes_to_rest_outside_the_body():
     assert found.load.sum() > weight * len(garment.vertices)
 
 
-def found_area(garment):
+def area_of(garment):
     return 0.5 * np.abs(np.linalg.det(garment.rest_edges)).sum()
 
 
@@ -115,7 +115,7 @@ def test_trousers_follow_the_body_where_thighs_press_together():
     rest = rest_drape(trousers, heavy)
     assert np.array_equal(rest.betas, heavy.betas)
     assert rest.figures["self_crossing_percent"] < 0.5 and rest.figures["inside"] == 0
-    assert rest.figures["edge_strain_max"] < TORN and rest.figures["residual_share"] < 0.2
+    assert rest.figures["edge_strain_max"] < STRAIN_LIMIT and rest.figures["residual_share"] < 0.2
 
 
 def test_a_hanging_strip_rests_as_the_closed_form_says():
@@ -137,7 +137,7 @@ def test_a_hanging_strip_rests_as_the_closed_form_says():
 @pytest.mark.parametrize("stiffness", [2.0, 50.0])
 def test_a_strip_on_springs_rests_lower_by_its_weight_over_their_stiffness(stiffness):
     garment, shaped, length = hanging_strip()
-    springs = replace(garment, pins=garment.pins.softened(stiffness))
+    springs = replace(garment, pins=garment.pins.with_stiffness(stiffness))
     hard, soft = (settle(each, shaped, tolerance=1e-6) for each in (garment, springs))
     pins = garment.pins.vertices
     lower = (hard.positions - soft.positions)[pins]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies, motions
-from hemline.bodies.lead_in import Stance, between, lead_in
+from hemline.bodies.lead_in import Stance, interpolate_poses, lead_in
 from hemline.datasets import read_take, write_take
 from hemline.errors import BadGarment, BadInput, SimulationFailed
 from hemline.garments import Pins, make_cape
@@ -23,7 +23,7 @@ SETTINGS = SimSettings(lead_in=0.2, settle=1.0)
 def stage():
     shaped = bodies.load("anny24").shaped()
     cape = make_cape(shaped, vertex_count=500)
-    run = shaped.placed(motions.load(motions.names()[0]).resampled(30))[:10]
+    run = shaped.placed(motions.load(motions.names()[0]).resample(30))[:10]
     return cape, shaped, run, rest_drape(cape, shaped, SETTINGS)
 
 
@@ -232,10 +232,10 @@ def test_a_placement_moves_points_with_the_body():
 def test_poses_between_two_meet_them():
     _, _, run, _ = stage()
     first, second = run[0], run[1]
-    assert between(first, second, 0.0) is first
-    assert between(first, second, 1.0) is second
+    assert interpolate_poses(first, second, 0.0) is first
+    assert interpolate_poses(first, second, 1.0) is second
     assert np.allclose(
-        between(run[0], run[1], 0.5).translation, 0.5 * (run.translations[0] + run.translations[1]), atol=1e-6
+        interpolate_poses(run[0], run[1], 0.5).translation, 0.5 * (run.translations[0] + run.translations[1]), atol=1e-6
     )
 
 

@@ -42,7 +42,7 @@ RECORDED = (1, "b780037d0a6342c5")
 """The number, and the hash of the source that it stands for."""
 
 
-def told(text: str) -> str:
+def source_tokens(text: str) -> str:
     """A source without comments, docstrings and blanks; the same on each version of Python."""
     lines = text.splitlines(keepends=True)
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
@@ -64,7 +64,7 @@ def source_hash() -> str:
     for name in DECIDES:
         place = PACKAGE / name
         for file in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
-            digest.update(f"{file.relative_to(PACKAGE).as_posix()}\n{told(file.read_text())}\n".encode())
+            digest.update(f"{file.relative_to(PACKAGE).as_posix()}\n{source_tokens(file.read_text())}\n".encode())
     return digest.hexdigest()[:16]
 
 
@@ -78,6 +78,6 @@ def test_a_change_of_what_decides_the_bits_asks_for_the_number():
 def test_what_says_nothing_to_the_machine_is_left_out():
     one = '"""Page."""\nx = 1  # one\n"""Of x."""\n\n\ndef f(a):\n    """Says."""\n    return "# no comment" + a\n'
     other = "x=1\ndef f(a):\n  return '# no comment' + a\n".replace("'", '"')
-    assert told(one) == told(other)
-    assert told(one) != told(one.replace("1", "2"))
-    assert told(one) != told(one.replace("# no", "# a"))
+    assert source_tokens(one) == source_tokens(other)
+    assert source_tokens(one) != source_tokens(one.replace("1", "2"))
+    assert source_tokens(one) != source_tokens(one.replace("# no", "# a"))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hemline.sim import Elastic, Scene, SimSettings, make_sheet
+from hemline.sim import Elastic, SimSettings, StepScene, make_sheet
 from hemline.sim.rest.statics import EquilibriumSearch
 from hemline.sim.step.model import make_model
 from hemline.sim.step.workspace import Workspace
@@ -23,7 +23,7 @@ def test_a_strip_that_stands_on_its_edge_falls_and_hangs(lean):
     x = np.stack([flat[:, 0], flat[:, 1], lean * flat[:, 1]], axis=1)
     pins = np.flatnonzero(flat[:, 1] < 0.011)
     model = make_model(sheet, pinned=pins, settings=SimSettings(self_contact=False))
-    search = EquilibriumSearch(model, Workspace(model), np.zeros(len(x), bool), Scene(x[pins]))
+    search = EquilibriumSearch(model, Workspace(model), np.zeros(len(x), bool), StepScene(x[pins]))
     found = search.run(x, None, tolerance=1e-6, newton_steps=400)
     assert found.residual_share <= 1e-6
     # two rows of pins hold it upright at its foot; from there it bends over and hangs

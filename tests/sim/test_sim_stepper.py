@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from hemline.errors import BadInput, SimulationFailed
-from hemline.sim import Scene, SimSettings, MovingSkin, Stepper, BodySurface
+from hemline.sim import BodySurface, MovingSkin, SimSettings, Stepper, StepScene
 
 
 def test_pins_are_where_they_are_put_and_the_rest_follows(square):
@@ -12,7 +12,7 @@ def test_pins_are_where_they_are_put_and_the_rest_follows(square):
     state = stepper.start(x)
     for step in range(30):
         begin, end = (x[pins] + [0.5 * (step + more) / 30, 0, 0] for more in (0, 1))
-        state, _ = stepper.advance(state, 1 / 120, lambda share, a=begin, b=end: Scene(a + share * (b - a)))
+        state, _ = stepper.advance(state, 1 / 120, lambda share, a=begin, b=end: StepScene(a + share * (b - a)))
     assert np.allclose(state.positions[pins], x[pins] + [0.5, 0, 0], atol=1e-12)
     assert state.positions[9:, 0].mean() > x[9:, 0].mean() + 0.15
     assert state.time == pytest.approx(0.25)
@@ -27,7 +27,7 @@ def test_a_soft_pin_gives_way_by_weight_over_stiffness(square):
     stepper = Stepper(sheet, pinned=pins, pin_stiffness=stiffness, settings=settings)
     state = stepper.start(x)
     for _ in range(120):
-        state, _ = stepper.advance(state, 0.1, lambda share: Scene(x[pins]))
+        state, _ = stepper.advance(state, 0.1, lambda share: StepScene(x[pins]))
     sag = x[pins, 1] - state.positions[pins, 1]
     assert sag == pytest.approx(9.81 * sheet.mass.sum() / stiffness.sum(), rel=1e-3)
     assert not stepper.model.fixed.any()
@@ -40,7 +40,7 @@ def test_soft_and_hard_pins_of_one_sheet(square):
     stepper = Stepper(sheet, pinned=pins, pin_stiffness=np.array([50.0, np.inf]), settings=settings)
     state = stepper.start(x)
     for _ in range(10):
-        state, _ = stepper.advance(state, 0.02, lambda share: Scene(targets))
+        state, _ = stepper.advance(state, 0.02, lambda share: StepScene(targets))
     assert np.array_equal(state.positions[0], targets[1])
     assert 0.02 < state.positions[80, 1] < 0.18
 
@@ -55,7 +55,7 @@ def test_a_very_stiff_spring_is_a_hard_pin(square):
         state = stepper.start(x)
         for step in range(8):
             target = x[pins] + [0.0, 0.01 * step, 0.0]
-            state, _ = stepper.advance(state, 1 / 120, lambda share, at=target: Scene(at))
+            state, _ = stepper.advance(state, 1 / 120, lambda share, at=target: StepScene(at))
         found.append(state.positions)
     assert np.abs(found[0] - found[1]).max() < 1e-5
 
@@ -107,7 +107,7 @@ def test_positions_that_are_not_finite_are_given_up_with_the_reason(square):
     sheet, x = square(5)
     pins = np.array([0])
     stepper = Stepper(sheet, pinned=pins)
-    nowhere = lambda share: Scene(np.full((1, 3), np.nan))  # noqa: E731
+    nowhere = lambda share: StepScene(np.full((1, 3), np.nan))  # noqa: E731
     with pytest.raises(SimulationFailed, match="not finite in a step of 0.312 ms|not positive in a step of 0.312 ms"):
         stepper.advance(stepper.start(x), 0.01, nowhere)
 
@@ -117,7 +117,7 @@ def test_a_pin_that_is_torn_away_is_given_up_with_the_speed(square):
     pins = np.array([0])
     stepper = Stepper(sheet, pinned=pins)
     with pytest.raises(SimulationFailed, match="m/s in a step of 0.312 ms|weights in a step of 0.312 ms"):
-        stepper.advance(stepper.start(x), 0.01, lambda share: Scene(x[pins] + [100 * share, 0, 0]))
+        stepper.advance(stepper.start(x), 0.01, lambda share: StepScene(x[pins] + [100 * share, 0, 0]))
 
 
 def test_pins_that_do_not_exist_are_refused(square):
@@ -152,7 +152,7 @@ def test_cloth_stays_on_its_side_of_a_thin_plate_that_hits_it_fast(square):
     for step in range(5):
         at = np.float32(0.08 * step)
         scenes = {
-            share: Scene(np.zeros((0, 3)), MovingSkin(plate + np.float32([0, at + 0.08 * share, 0]), normals))
+            share: StepScene(np.zeros((0, 3)), MovingSkin(plate + np.float32([0, at + 0.08 * share, 0]), normals))
             for share in (0.0, 0.5, 1.0)
         }
         state, _ = stepper.advance(state, 1 / 120, lambda share, s=scenes: s[share])

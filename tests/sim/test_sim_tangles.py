@@ -19,7 +19,7 @@ def cape():
     return garments.make_cape(bodies.load("anny24").shaped(), rows=30, columns=45, name="napkin")
 
 
-def turned_up(cape, depth):
+def turn_up(cape, depth):
     """The cape with its hem turned up behind the back, the edge of it through the cloth."""
     vertices, lowest = cape.vertices.copy(), cape.vertices[:, 1].min()
     share = np.clip(1 - (vertices[:, 1] - lowest) / 0.08, 0, 1)
@@ -32,7 +32,7 @@ def turned_up(cape, depth):
 @pytest.mark.parametrize("depth", [0.025, 0.03, 0.035, 0.04])
 def test_a_hem_that_starts_through_the_cloth_is_untangled(cape, depth):
     body = bodies.load("anny24").shaped()
-    tangled = turned_up(cape, depth)
+    tangled = turn_up(cape, depth)
     assert self_crossings(tangled.vertices, tangled.faces)["pairs"] > 5
     settled = rest_drape(tangled, body)
     assert self_crossings(settled.vertices[0], tangled.faces)["pairs"] == 0
@@ -82,7 +82,7 @@ def test_a_coarse_cape_that_crosses_itself_in_a_kick_does_not_explode():
     """288 vertices, 6 cm apart: what pulls crossings apart must not feed them."""
     shaped = bodies.load("anny24").shaped()
     napkin = garments.make_cape(shaped, rows=12, columns=24, name="napkin")
-    motion = shaped.untangled_motion(shaped.placed(motions.load("kick").resampled(30)))[:70]
+    motion = shaped.untangle_motion(shaped.placed(motions.load("kick").resample(30)))[:70]
     take = simulate(napkin, shaped, motion, SimSettings(settle=0.5))
     assert take.failed is None
     # it does cross itself, and comes apart again

@@ -18,7 +18,7 @@ from hemline.sim.step.terms.air import constant_force
 from hemline.sim.step.terms.inertia import no_inertia
 from hemline.sim.step.terms.skin_contact import no_contact, skin_contact
 from hemline.sim.step.workspace import Workspace
-from tests.sim.sim_matrices import assembled, assembled_pairs
+from tests.sim.sim_matrices import assemble_matrix, assemble_pair_matrix
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 
@@ -29,7 +29,7 @@ LIMP = {"young": 0.0, "bending": 0.0}
 
 
 @dataclass
-class Alone:
+class OneTerm:
     """A potential of one term, and places where it is smooth."""
 
     potential: Potential
@@ -44,7 +44,7 @@ class Alone:
         return np.random.default_rng(8).normal(size=(count, *self.x.shape))
 
 
-def alone(square, *, curved=0.0, over_h=0.0, whole=True, **material):
+def make_one_term(square, *, curved=0.0, over_h=0.0, whole=True, **material):
     """A potential whose terms are those of the cloth alone, and the generator that makes more of it."""
     sheet, x = square(6, 0.2, curved=curved, **material)
     model, rng = make_model(sheet, settings=SETTINGS), np.random.default_rng(5)
@@ -59,17 +59,17 @@ def alone(square, *, curved=0.0, over_h=0.0, whole=True, **material):
         air=constant_force(x, np.zeros_like(x)),
         contact=no_contact(len(x), SETTINGS),
     )
-    return Alone(potential, x + 0.002 * rng.normal(size=x.shape)), rng
+    return OneTerm(potential, x + 0.002 * rng.normal(size=x.shape)), rng
 
 
 def inertia(square):
-    made, rng = alone(square, **LIMP)
+    made, rng = make_one_term(square, **LIMP)
     made.potential.inertia = Inertia(made.x + 0.01 * rng.normal(size=made.x.shape), rng.uniform(1, 9, len(made.x)))
     return made
 
 
 def air(square):
-    made, rng = alone(square, **LIMP)
+    made, rng = make_one_term(square, **LIMP)
     root = rng.normal(size=(len(made.x), 3, 3))
     matrix = np.einsum("vij,vkj->vik", root, root)[:, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
     start = made.x + 0.1 * rng.normal(size=made.x.shape)
@@ -79,7 +79,7 @@ def air(square):
 
 def touching(square, gaps, limit):
     """Each vertex over a plane of its own, at that height over where contact begins."""
-    made, rng = alone(square, **LIMP)
+    made, rng = make_one_term(square, **LIMP)
     count = len(made.x)
     normal = rng.normal(size=(count, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -93,22 +93,22 @@ def touching(square, gaps, limit):
 
 def membrane(square):
     # under tension no part of the Hessian is left out
-    made, _ = alone(square, over_h=100.0, young=30.0, poisson=0.2, bending=0.0, damping=0.004)
+    made, _ = make_one_term(square, over_h=100.0, young=30.0, poisson=0.2, bending=0.0, damping=0.004)
     made.x = made.x * [1.4, 1.0, 1.3]
     return made
 
 
 def bending(square):
-    return alone(square, young=0.0, bending=1e-3)[0]
+    return make_one_term(square, young=0.0, bending=1e-3)[0]
 
 
 def hinges(square):
-    return alone(square, curved=0.05, young=0.0, bending=1e-3)[0]
+    return make_one_term(square, curved=0.05, young=0.0, bending=1e-3)[0]
 
 
 def pairs(square, depths, limit, count=3 * FEW_PAIRS):
     """Pairs of any four vertices, so deep in each other."""
-    made, rng = alone(square, **LIMP)
+    made, rng = make_one_term(square, **LIMP)
     corners = np.array([rng.choice(len(made.x), 4, replace=False) for _ in range(count)]).astype(np.uint32)
     weights = rng.uniform(0.1, 0.9, (count, 4)) * [1, -1, 1, -1]
     normal = rng.normal(size=(count, 3))
@@ -158,7 +158,7 @@ def hessian(made):
     made.at(made.x)
     blocks = made.potential.assemble()
     model, workspace = made.potential.model, made.potential.workspace
-    return assembled(model, workspace) + assembled_pairs(model, blocks)
+    return assemble_matrix(model, workspace) + assemble_pair_matrix(model, blocks)
 
 
 @pytest.mark.parametrize("name", EXACT)
@@ -189,7 +189,7 @@ def test_friction_pulls_back_as_a_spring_of_its_block_would(square, name):
     if name == "friction":
         normal, slip = contact.planes.normal, made.x - contact.planes.carried
         slip = slip - np.einsum("vi,vi->v", slip, normal)[:, None] * normal
-        matrix = assembled(made.potential.model, made.potential.workspace)
+        matrix = assemble_matrix(made.potential.model, made.potential.workspace)
         found = (matrix @ slip.ravel()).reshape(-1, 3)
     else:
         rows = made.potential.pairs.pairs.rows

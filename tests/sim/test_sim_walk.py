@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.bodies.lifted_arms import lifted_arms
+from hemline.bodies.lifted_arms import lift_pose_arms
 from hemline.datasets import open_dataset
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments import coarser_garment
@@ -32,7 +32,7 @@ def drape():
     return rest_state(*shirt())
 
 
-def turned(*turns, root=(0.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0)) -> Pose:
+def turn_pose(*turns, root=(0.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0)) -> Pose:
     """The rest pose with joints turned in their own frames, and the root about the world's axes [rad]."""
     pose = shirt()[1].rest_pose
     rotations = pose.rotations.astype(np.float64)
@@ -43,7 +43,7 @@ def turned(*turns, root=(0.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0)) -> Pose:
 
 
 def arms_down(angle: float) -> Pose:
-    return turned((SHOULDERS[0], (0.0, 0.0, -angle)), (SHOULDERS[1], (0.0, 0.0, angle)))
+    return turn_pose((SHOULDERS[0], (0.0, 0.0, -angle)), (SHOULDERS[1], (0.0, 0.0, angle)))
 
 
 @cache
@@ -62,7 +62,7 @@ def test_standing_still_is_a_walk_that_changes_little():
 def test_the_way_is_the_same_wherever_the_body_heads_and_stands():
     turn, shift = np.array([0.0, 1.3, 0.0]), np.array([0.4, 0.1, -2.0])
     garment, shaped = shirt()
-    pose = turned((SHOULDERS[0], (0.0, 0.0, 0.5)), (SHOULDERS[1], (0.0, 0.0, -0.5)), root=turn, shift=shift)
+    pose = turn_pose((SHOULDERS[0], (0.0, 0.0, 0.5)), (SHOULDERS[1], (0.0, 0.0, -0.5)), root=turn, shift=shift)
     there = settle(garment, shaped, pose, start=drape(), method="walked")
     origin = shaped.rest_pose.translation
     wanted = (raised().positions - origin) @ to_matrix(from_axis_angle(turn)).T + origin + shift
@@ -80,7 +80,7 @@ def test_lifted_arms_leave_cloth_a_place():
     """What hangs in an armpit is pinched, and refused; with arms lifted, as anchors are settled, none of it is."""
     with pytest.raises(SimulationFailed, match="pinched share"):
         settle(*shirt(), arms_down(0.75), start=drape(), method="walked")
-    lifted = settle(*shirt(), lifted_arms(arms_down(0.75)), start=drape(), method="walked")
+    lifted = settle(*shirt(), lift_pose_arms(arms_down(0.75)), start=drape(), method="walked")
     assert lifted.pinched.sum() == 0 and lifted.figures["self_crossing_percent"] == 0
 
 

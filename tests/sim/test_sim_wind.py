@@ -1,4 +1,4 @@
-"""Wind: its statistics, its twin in NumPy, and functions that users give."""
+"""Wind: its statistics, a plain NumPy version, and functions that users give."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def test_the_cosine_is_numpys():
     assert max(abs(cosine_of_turns(t) - np.cos(2 * np.pi * t)) for t in turns) < 2e-7
 
 
-def test_gusts_are_their_twin():
+def test_gusts_equal_those_of_the_plain_reference():
     gusts, x = (
         Gusts(mean=(1.0, 0.0, -2.0), strength=0.7, length=1.5, seconds=0.8, seed=4),
         np.random.default_rng(0).normal(size=(50, 3)),
@@ -101,7 +101,10 @@ def holed(seconds, positions):
 @pytest.mark.parametrize(
     ("wind", "message"),
     [
-        (holed, "wind must be finite; got NaN or infinity at 0.02 s for 2 of 25 vertices, the first 3; check the func"),
+        (
+            holed,
+            "wind must be finite; got NaN or infinity at 0.02 s for 2 of 25 vertices, the first 3; check the func",
+        ),
         (lambda t, x: np.zeros((3, 3)), r"wind must give 25 velocities; got shape \(3, 3\) at 0 s; return one"),
         (lambda t, x: np.zeros(3), r"wind must give 25 velocities; got shape \(3,\) at 0 s"),
         (lambda t, x: "north", "wind must give velocities; got str at 0 s; return an array of numbers"),

@@ -92,13 +92,13 @@ def test_a_participant_leaves_and_comes_back_after_the_server_was_stopped(page, 
 def test_a_page_that_was_left_open_says_so_and_changes_nothing(page, study):
     with serving(study) as viewer:
         page.begin(viewer.url, "P1")
-        item = study.following("P1")
+        item = study.next_item("P1")
         study.answer("P1", item.token, 1, 1)
         page.press("7")
         page.press("\n")
         page.until("!document.getElementById('fault').hidden && !state.busy")
         assert "it may be answered already" in page.text("fault") and "load the page again" in page.text("fault")
-        assert len(study.given()) == 1
+        assert len(study.all_answers()) == 1
 
 
 def test_a_code_that_is_none_is_said(page, study):
@@ -116,7 +116,7 @@ def test_keys_and_mouse_choose_and_nothing_is_sent_before_a_choice(page, study):
     with serving(study) as viewer:
         page.begin(viewer.url, "P1")
         page.press("\n")
-        assert page.until("document.getElementById('confirm').disabled") and study.given() == []
+        assert page.until("document.getElementById('confirm').disabled") and study.all_answers() == []
         right, left = "\ue014", "\ue012"
         for keys, point in ((right, 5), (right, 6), (left, 5), ("1", 1), (left, 1), ("7", 7), (right, 7), ("8", 7)):
             page.press(keys)
@@ -129,7 +129,7 @@ def test_keys_and_mouse_choose_and_nothing_is_sent_before_a_choice(page, study):
         first = page.driver.find_element("css selector", "#left img").get_attribute("src")
         page.press("r")
         page.until(f"document.querySelector('#left img').src !== '{first}' && !state.busy")
-    (answer,) = study.given()
+    (answer,) = study.all_answers()
     assert answer.preference == (6 if answer.left == "A" else 2)
 
 
@@ -226,7 +226,7 @@ def test_videos_play_together_and_again(page, videos, tmp_path):
         left, right = page.driver.execute_script(f"return {times}")
         assert abs(left - right) < 0.25
         page.answer(1)
-    (answer,) = study.given()
+    (answer,) = study.all_answers()
     assert answer.left == seen[0] and seen in (("A", "B"), ("B", "A"))
     assert answer.preference == (1 if answer.left == "A" else 7)
 
@@ -255,7 +255,7 @@ def test_a_clip_that_changed_stops_the_study_without_a_name(page, study):
         assert page.text("fault").startswith("The study cannot go on. Please tell the person who runs it")
         page.press("1")
         page.press("\n")
-        assert study.given() == [], "what was not seen is not answered"
+        assert study.all_answers() == [], "what was not seen is not answered"
     assert "have changed" in told[0]
 
 
@@ -271,7 +271,7 @@ def test_participants_at_once_do_not_mix(page, study):
         for thread in threads:
             thread.join()
     answers = read_answers(study.answers)
-    assert len(answers) == 36 and len({answer.asked for answer in answers}) == 36
+    assert len(answers) == 36 and len({answer.key for answer in answers}) == 36
     for answer in answers:
         best_is_left = 1 if answer.left == "A" else 7
         assert answer.preference == (best_is_left if answer.participant == "P0" else 8 - best_is_left)

@@ -11,7 +11,7 @@ from urllib.parse import quote, urlsplit
 
 import pytest
 
-from hemline.doors import WAITING
+from hemline.access import WAITING
 from hemline.errors import BadInput
 from hemline.study import Study, Viewer, pairs_of, server
 from tests.study.study_samples import BLUE, RED, knocked, make_clip, make_folders, sent, serving
@@ -56,15 +56,17 @@ def test_a_whole_study_over_the_wire(study):
             assert status == 200 and reply["total"] == 9
             item = reply["item"]
             seen.append((item["pair"], item["ordinal"]))
-            a_left = study.following("P1").shown.a_left
-            pair = study.following("P1").shown.pair
+            a_left = study.next_item("P1").shown.a_left
+            pair = study.next_item("P1").shown.pair
             _, left, headers = sent(viewer, item["left"])
             assert left == (pair.a if a_left else pair.b).read_bytes() and headers["Content-Type"] == "image/webp"
             assert sent(viewer, item["right"])[1] == (pair.b if a_left else pair.a).read_bytes()
             answer = CODE | {"token": item["token"], "point": 1, "seconds": 2.5}
             status, reply = asked(viewer, "/answer", answer)
     assert seen == [(pair, ordinal) for pair in (1, 2, 3) for ordinal in (1, 2, 3)]
-    assert [answer.preference == 1 for answer in study.given()] == [answer.left == "A" for answer in study.given()]
+    assert [answer.preference == 1 for answer in study.all_answers()] == [
+        answer.left == "A" for answer in study.all_answers()
+    ]
 
 
 def test_nothing_that_is_sent_tells_a_from_b(study):
@@ -157,7 +159,7 @@ def test_who_has_not_the_address_is_turned_away(key, study):
 
 def test_an_address_for_once_leads_to_the_page_once(study):
     with serving(study) as viewer:
-        path = urlsplit(viewer.door.address_for_once()).path
+        path = urlsplit(viewer.door.one_time_address()).path
         elsewhere, _, _ = knocked(viewer, path, Origin="http://evil.example")
         assert elsewhere == 403, "a page of another origin does not use it up"
         status, _, headers = knocked(viewer, path)
@@ -242,7 +244,7 @@ def test_pressing_often_answers_once(study):
             thread.join()
     for person in ("P1", "P2"):
         assert sorted(status for who, status in statuses if who == person) == [200, 400, 400, 400]
-    assert sorted(answer.participant for answer in study.given()) == ["P1", "P2"]
+    assert sorted(answer.participant for answer in study.all_answers()) == ["P1", "P2"]
 
 
 def test_what_stops_a_study_is_told_to_who_runs_it_and_not_to_the_participant(study):

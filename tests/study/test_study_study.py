@@ -27,7 +27,7 @@ def study(pairs, tmp_path) -> Study:
 def finish(study: Study, participant: str, point: int = 2) -> list:
     """Answer all that is left; what was asked, in its order."""
     asked = []
-    while item := study.following(participant):
+    while item := study.next_item(participant):
         study.answer(participant, item.token, point, 1.5)
         asked.append(item)
     return asked
@@ -40,16 +40,16 @@ def test_each_question_about_each_pair_is_asked_once(study):
     assert Counter(item.shown.pair.name for item in asked) == {"walk": 3, "turn": 3, "kick": 3}
     for first in (0, 3, 6):
         assert len({item.shown for item in asked[first : first + 3]}) == 1, "a pair stays while it is asked about"
-    assert study.following("P1") is None and study.following("P2") is not None
+    assert study.next_item("P1") is None and study.next_item("P2") is not None
 
 
 def test_answers_are_kept_by_clip_and_not_by_side(study):
     """Whoever always prefers the left clip a little prefers A where it was on the left, and B elsewhere."""
     asked = finish(study, "P1", point=3)
-    given = study.given()
+    given = study.all_answers()
     assert len(given) == 9 and {answer.left for answer in given} == {"A", "B"}
     for item, answer in zip(asked, given, strict=True):
-        assert answer.asked == ("P1", item.shown.pair.name, item.question)
+        assert answer.key == ("P1", item.shown.pair.name, item.question)
         assert (answer.left, answer.preference) == (("A", 3) if item.shown.a_left else ("B", 5))
         assert (answer.seconds, answer.seed, answer.clips) == (1.5, 0, item.shown.pair.contents)
         assert (Path(answer.a), Path(answer.b)) == (item.shown.pair.a, item.shown.pair.b)
@@ -59,25 +59,25 @@ def test_answers_are_kept_by_clip_and_not_by_side(study):
 @pytest.mark.parametrize("point", range(1, 8))
 def test_each_point_of_the_scale_is_turned_round_where_b_is_on_the_left(point, study):
     for person in ("P1", "P2", "P3"):
-        item = study.following(person)
+        item = study.next_item(person)
         study.answer(person, item.token, point, 0)
-        assert study.given()[-1].preference == (point if item.shown.a_left else 8 - point)
+        assert study.all_answers()[-1].preference == (point if item.shown.a_left else 8 - point)
 
 
 def test_a_participant_may_leave_and_come_back_however_they_write_their_code(study):
     whole = [(item.shown, item.question) for item in study.items("P1")]
     for expected, code in zip(whole, ("P1", "p1", " P1 ", "p1\n"), strict=False):
         again = Study(study.pairs, study.answers)
-        item = again.following(code)
+        item = again.next_item(code)
         assert (item.shown, item.question) == expected
         again.answer(code, item.token, 4, 2)
     assert [(item.shown, item.question) for item in finish(study, "P1")] == whole[4:]
-    assert {answer.participant for answer in study.given()} == {"P1"}
+    assert {answer.participant for answer in study.all_answers()} == {"P1"}
 
 
 def test_of_two_who_answer_at_once_one_is_heard(study):
     """Two pages with one code, as when a page was left open."""
-    item, start, said = study.following("P1"), threading.Barrier(8), []
+    item, start, said = study.next_item("P1"), threading.Barrier(8), []
 
     def press() -> None:
         start.wait()
@@ -91,13 +91,13 @@ def test_of_two_who_answer_at_once_one_is_heard(study):
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(study.given()) == 1 and len(said) == 7
+    assert len(study.all_answers()) == 1 and len(said) == 7
     assert said[0].startswith("this question is not asked now; it may be answered already; got number 1; load the page")
 
 
 def test_a_page_that_was_left_open_files_nothing_under_another_item(study, tmp_path):
     """The study was stopped meanwhile and started with a pair more, or with another seed and file."""
-    item = study.following("P1")
+    item = study.next_item("P1")
     more = make_clip(tmp_path / "more" / "a.webp", RED), make_clip(tmp_path / "more" / "b.webp", BLUE)
     larger = Study((*study.pairs, *pairs_of(more)), tmp_path / "larger.csv")
     other = Study(study.pairs, tmp_path / "other.csv", seed=1)
@@ -107,12 +107,12 @@ def test_a_page_that_was_left_open_files_nothing_under_another_item(study, tmp_p
     for elsewhere in (larger, other):
         with pytest.raises(BadAnswer, match="no such question in this study; got '[0-9a-f]{32}'; load the page again"):
             elsewhere.answer("P1", item.token, 4, 1)
-        assert elsewhere.given() == []
+        assert elsewhere.all_answers() == []
 
 
 def test_what_an_answer_is_sent_with_tells_nobody_which_side_a_is_on(study):
     """Whoever has both clips, the code, the seed and the names knows all that it stands for, but not the secret."""
-    item = study.following("P1")
+    item = study.next_item("P1")
     pair = item.shown.pair
     for a_left in (False, True):
         what = json.dumps([0, "P1", pair.name, pair.contents, a_left, item.question]).encode()
@@ -150,19 +150,19 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_what_is_no_answer_is_refused_and_not_written(name, study):
     changes, said = WRONG[name]
-    good = {"participant": "P1", "token": study.following("P1").token, "point": 4, "seconds": 1.0}
+    good = {"participant": "P1", "token": study.next_item("P1").token, "point": 4, "seconds": 1.0}
     if changes.get("token") == 3:
         changes = {"token": study.items("P1")[3].token}
     with pytest.raises(BadAnswer, match=said):
         study.answer(**(good | changes))
-    assert study.given() == []
+    assert study.all_answers() == []
     study.answer(**good)
-    assert len(study.given()) == 1
+    assert len(study.all_answers()) == 1
 
 
 def test_a_code_that_is_none_is_asked_nothing(study):
     with pytest.raises(BadAnswer, match="that is no participant code"):
-        study.following("a b")
+        study.next_item("a b")
 
 
 def test_answers_of_another_study_are_refused(study, pairs, tmp_path):
@@ -176,7 +176,7 @@ def test_answers_of_another_study_are_refused(study, pairs, tmp_path):
     make_clip(tmp_path / "ours" / "walk.webp", (0, 200, 0))
     with pytest.raises(BadInput, match="another study; got other clips for 'walk'"):
         Study(pairs_of([tmp_path / "ours", tmp_path / "skinned"]), study.answers)
-    assert len(study.given()) == 9
+    assert len(study.all_answers()) == 9
 
 
 def test_a_question_more_is_asked_of_those_who_had_finished(study, pairs):
@@ -189,7 +189,7 @@ def test_a_file_that_was_damaged_meanwhile_is_left_as_it_is(study):
     finish(study, "P1")
     study.answers.write_text("spilt")
     item = study.items("P2")[0]
-    for ask in (lambda: study.following("P2"), lambda: study.answer("P2", item.token, 4, 1)):
+    for ask in (lambda: study.next_item("P2"), lambda: study.answer("P2", item.token, 4, 1)):
         with pytest.raises(BadInput, match="is no CSV of answers; got the first line 'spilt'"):
             ask()
     assert study.answers.read_text() == "spilt"

@@ -5,18 +5,18 @@ import pytest
 
 from hemline import garments
 from hemline.garments.reading.garment_toml import GarmentFile
-from hemline.garments.reading.read import cloth_of
+from hemline.garments.reading.source import GarmentSource
 from hemline.meshes import edge_strains
 from hemline.tryon import try_on
-from hemline.tryon.alignment import aligned
-from hemline.tryon.growing import grown
-from hemline.tryon.try_on import around
+from hemline.tryon.alignment import align
+from hemline.tryon.growing import grow
+from hemline.tryon.try_on import loose_garment
 
 
 def laid(path, shaped):
     """A mesh as it is in its file, and where it is laid on the body."""
-    cloth = cloth_of(path, GarmentFile(mesh=path.name), None)
-    return cloth, aligned(cloth.vertices, cloth.faces, shaped)
+    cloth = GarmentSource.open(path).cloth
+    return cloth, align(cloth.vertices, cloth.faces, shaped)
 
 
 @pytest.mark.data
@@ -37,7 +37,7 @@ def test_limbs_are_laid_through_openings_and_not_through_cloth(shaped, mesh_of, 
 
 def test_cloth_without_openings_is_laid_near_the_body(shaped):
     cape = garments.load("cape-light")
-    alignment = aligned(cape.vertices - (0, 0, 0.15), cape.faces, shaped)
+    alignment = align(cape.vertices - (0, 0, 0.15), cape.faces, shaped)
     assert alignment.rims == 0 and alignment.up == "y"
     assert np.linalg.norm(alignment.vertices - cape.vertices, axis=1).mean() < 0.01
 
@@ -47,7 +47,7 @@ def test_cloth_without_openings_is_laid_near_the_body(shaped):
 def test_a_mesh_with_z_up_is_laid_as_it_would_be_with_y_up(shaped, mesh_of, name):
     cloth, expected = laid(mesh_of(name), shaped)
     z_up = cloth.vertices[:, [0, 2, 1]] * (1, -1, 1)
-    found = aligned(z_up, cloth.faces, shaped)
+    found = align(z_up, cloth.faces, shaped)
     assert (found.up, expected.up) == ("z", "y")
     assert np.array_equal(found.vertices, expected.vertices)
 
@@ -55,9 +55,9 @@ def test_a_mesh_with_z_up_is_laid_as_it_would_be_with_y_up(shaped, mesh_of, name
 def test_a_cape_with_z_up_is_turned_unless_y_is_declared(shaped):
     cape = garments.load("cape-light")
     z_up = (cape.vertices - (0, 0, 0.15))[:, [0, 2, 1]] * (1, -1, 1)
-    found = aligned(z_up, cape.faces, shaped)
+    found = align(z_up, cape.faces, shaped)
     assert found.up == "z" and np.linalg.norm(found.vertices - cape.vertices, axis=1).mean() < 0.01
-    assert aligned(z_up, cape.faces, shaped, up="y").up == "y"
+    assert align(z_up, cape.faces, shaped, up="y").up == "y"
 
 
 @pytest.mark.data
@@ -74,8 +74,8 @@ def test_a_cape_with_z_up_is_turned_unless_y_is_declared(shaped):
 def test_the_body_grows_into_cloth_without_tangling_or_tearing_it(shaped, mesh_of, name, girths, longest):
     path = mesh_of(name)
     cloth, alignment = laid(path, shaped)
-    garment = around(cloth, GarmentFile(mesh=path.name), shaped, alignment)
-    result = grown(garment, shaped, alignment)
+    garment = loose_garment(cloth, GarmentFile(mesh=path.name), shaped, alignment)
+    result = grow(garment, shaped, alignment)
     strain = np.abs(edge_strains(result.vertices.astype(np.float32), garment.faces, garment.rest_edges))
     assert result.girth in girths and result.crossed_after == 0
     assert np.median(strain) < 0.01 and strain.max() < longest

@@ -9,7 +9,7 @@ from hemline import garments
 from hemline.garments.pin_rules import NO_PINS
 from hemline.motions.motion import JOINT_NAMES
 from hemline.tryon import fitness
-from hemline.tryon.openings import harmless, unused
+from hemline.tryon.openings import empty_openings, openings_are_harmless
 
 
 def without(garment, gone):
@@ -48,8 +48,10 @@ def arm_inside(shaped, side, *, long):
 
 
 def test_a_keyhole_is_worn_with_a_warning(shaped, dress, keyhole):
-    assert unused(dress.vertices, dress.faces, shaped) == () and harmless(dress.vertices, dress.faces, shaped)
-    assert unused(keyhole.vertices, keyhole.faces, shaped) == ("spine3",)
+    assert empty_openings(dress.vertices, dress.faces, shaped) == () and openings_are_harmless(
+        dress.vertices, dress.faces, shaped
+    )
+    assert empty_openings(keyhole.vertices, keyhole.faces, shaped) == ("spine3",)
     found = fitness(keyhole, shaped)
     assert found.reason is None
     assert found.warnings == ("no limb goes through 1 of its openings, near the spine3",)
@@ -59,7 +61,7 @@ def test_a_keyhole_is_worn_with_a_warning(shaped, dress, keyhole):
 def test_a_sleeveless_dress_below_the_shoulders_has_two_empty_armholes(shaped, dress):
     """As a dress without straps is worn: trunk through the neckline, arms above it."""
     low = dress.vertices - np.float32([0, 0.25, 0])
-    assert len(unused(low, dress.faces, shaped)) == 2 and harmless(low, dress.faces, shaped)
+    assert len(empty_openings(low, dress.faces, shaped)) == 2 and openings_are_harmless(low, dress.faces, shaped)
 
 
 REFUSED = {
@@ -94,4 +96,6 @@ def test_what_is_worn_wrongly_is_refused(name, shaped, worn, dress, keyhole):
     garment = {"dress": dress, "keyhole": keyhole, "shorts": shorts, **worn}[which]
     vertices = garment.vertices + np.float32([0, lift, 0])
     wearing = body(shaped)
-    assert unused(vertices, garment.faces, wearing) and not harmless(vertices, garment.faces, wearing)
+    assert empty_openings(vertices, garment.faces, wearing) and not openings_are_harmless(
+        vertices, garment.faces, wearing
+    )

@@ -8,10 +8,10 @@ import trimesh
 from hemline import garments
 from hemline.meshes import boundary_loops
 from hemline.motions.motion import JOINT_NAMES
-from hemline.tryon.alignment import posed_for
+from hemline.tryon.alignment import pose_from_angles
 from hemline.tryon.crossing_segment_kernels import crossings_of_segments
-from hemline.tryon.openings import pierced, unused
-from hemline.tryon.rims import SMALLEST, rims_of
+from hemline.tryon.openings import empty_openings, joints_through_cloth
+from hemline.tryon.rims import SHORTEST_RIM, rims_of
 from hemline.tryon.skeleton import Skeleton
 from hemline.tryon.thin_body import ThinBody
 
@@ -65,11 +65,15 @@ def test_openings_of_a_shirt_are_all_used_and_a_hole_is_none(shaped, worn):
     garment = worn["tshirt"]
     rims = rims_of(garment.vertices.astype(float), garment.faces)
     assert len(rims) == 4
-    assert unused(garment.vertices, garment.faces, shaped) == () == pierced(garment.vertices, garment.faces, shaped)
+    assert (
+        empty_openings(garment.vertices, garment.faces, shaped)
+        == ()
+        == joints_through_cloth(garment.vertices, garment.faces, shaped)
+    )
     # one triangle taken out: a hole of 5 cm, not an opening
     holed = np.delete(garment.faces, 3000, axis=0)
     lengths = [rim.length for rim in rims_of(garment.vertices.astype(float), holed)]
-    assert len(boundary_loops(holed)) == 5 and len(lengths) == 4 and min(lengths) > SMALLEST
+    assert len(boundary_loops(holed)) == 5 and len(lengths) == 4 and min(lengths) > SHORTEST_RIM
 
 
 def test_a_cape_has_no_opening(shaped):
@@ -80,19 +84,19 @@ def test_a_cape_has_no_opening(shaped):
 def test_trousers_may_be_too_long_but_not_too_low(shaped, worn):
     trousers = worn["trousers"]
     legs = np.where(trousers.vertices[:, [1]] < 0, np.float32([1, 1.25, 1]), np.float32(1))
-    assert unused(trousers.vertices * legs, trousers.faces, shaped) == ()
+    assert empty_openings(trousers.vertices * legs, trousers.faces, shaped) == ()
     beside = trousers.vertices - np.float32([0, 0, 0.6])
-    assert len(unused(beside, trousers.faces, shaped)) > 0
+    assert len(empty_openings(beside, trousers.faces, shaped)) > 0
 
 
 def test_a_shirt_that_hangs_beside_the_body_is_used_by_no_limb(shaped, worn):
     garment = worn["tshirt"]
-    assert {"neck", "spine1"} & set(unused(garment.vertices - np.float32([0, 0, 0.6]), garment.faces, shaped))
+    assert {"neck", "spine1"} & set(empty_openings(garment.vertices - np.float32([0, 0, 0.6]), garment.faces, shaped))
 
 
 def test_a_shirt_too_high_is_pierced_by_the_shoulders(shaped, worn):
     garment = worn["tshirt"]
-    found = pierced(garment.vertices + np.float32([0, 0.1, 0]), garment.faces, shaped)
+    found = joints_through_cloth(garment.vertices + np.float32([0, 0.1, 0]), garment.faces, shaped)
     assert {"left_collar", "right_collar", "neck"} <= set(found)
 
 
@@ -123,7 +127,7 @@ def test_a_thin_body_lies_within_the_body_and_keeps_its_joints(shaped):
     ],
 )
 def test_angles_turn_both_sides_alike(shaped, angles, moves):
-    before, after = shaped.joints, shaped.joints_at(posed_for(shaped, angles))
+    before, after = shaped.joints, shaped.joints_at(pose_from_angles(shaped, angles))
     name, signs = moves
     way = after[JOINT_NAMES.index(name)] - before[JOINT_NAMES.index(name)]
     mirrored = after[JOINT_NAMES.index(name.replace("left", "right"))] * (-1, 1, 1)
@@ -134,7 +138,7 @@ def test_angles_turn_both_sides_alike(shaped, angles, moves):
 
 def test_elbows_bend_by_the_angle_between_upper_arm_and_forearm(shaped):
     def bend(angles):
-        joints = shaped.joints_at(posed_for(shaped, angles)).astype(float)
+        joints = shaped.joints_at(pose_from_angles(shaped, angles)).astype(float)
         shoulder, elbow, wrist = (joints[JOINT_NAMES.index(f"left_{each}")] for each in ("shoulder", "elbow", "wrist"))
         upper, fore = elbow - shoulder, wrist - elbow
         return np.arccos(upper @ fore / np.linalg.norm(upper) / np.linalg.norm(fore))

@@ -13,15 +13,15 @@ from hemline.garments.clearance import smooth_field
 from hemline.garments.dressing import body_tree
 from hemline.meshes import ClosestTree
 from hemline.tryon import fitness, try_on
-from hemline.tryon.alignment import aligned, posed_for
-from hemline.tryon.fitness import judged
-from hemline.tryon.try_on import on_shoulders
+from hemline.tryon.alignment import align, pose_from_angles
+from hemline.tryon.fitness import unwearable_reason
+from hemline.tryon.try_on import rests_on_shoulders
 
 
 def posed_with(garment, shaped, angles):
     """The garment as it would have been modelled on that body in another pose."""
     closest = body_tree(shaped).closest(garment.vertices)
-    posed = shaped.posed(posed_for(shaped, angles))
+    posed = shaped.posed(pose_from_angles(shaped, angles))
     body = shaped.body
     corner = body.faces[closest.faces]
     moved = np.zeros((len(corner), 3))
@@ -79,7 +79,7 @@ def without_pins(path):
 def test_a_garment_whose_origin_is_its_own_middle_is_found(shaped, worn, as_obj):
     shirt = worn["tshirt"]
     middle = 0.5 * (shirt.vertices.min(axis=0) + shirt.vertices.max(axis=0))
-    alignment = aligned((shirt.vertices - middle + (3, 5, -2)).astype(float), shirt.faces, shaped)
+    alignment = align((shirt.vertices - middle + (3, 5, -2)).astype(float), shirt.faces, shaped)
     assert np.linalg.norm(alignment.vertices - shirt.vertices, axis=1).mean() < 0.05
     assert alignment.through == () and alignment.empty == 0 and alignment.rims == 4
 
@@ -107,7 +107,9 @@ def test_a_wide_tube_without_pins_falls(shaped, as_obj):
 
 
 def test_what_lies_on_the_shoulders(shaped, worn):
-    assert on_shoulders(worn["tshirt"].vertices, shaped) and not on_shoulders(worn["trousers"].vertices, shaped)
+    assert rests_on_shoulders(worn["tshirt"].vertices, shaped) and not rests_on_shoulders(
+        worn["trousers"].vertices, shaped
+    )
 
 
 def test_what_is_far_too_small_is_refused_before_it_is_settled(shaped, worn):
@@ -120,8 +122,8 @@ def test_what_is_far_too_small_is_refused_before_it_is_settled(shaped, worn):
 def test_one_edge_that_is_far_too_long_is_a_rent(shaped, worn):
     shirt = worn["tshirt"]
     figures = fitness(shirt, shaped).figures
-    assert judged(shirt, shaped, shirt.vertices, figures) is None
-    torn = judged(shirt, shaped, shirt.vertices, figures | {"edge_strain_max": 7.0})
+    assert unwearable_reason(shirt, shaped, shirt.vertices, figures) is None
+    torn = unwearable_reason(shirt, shaped, shirt.vertices, figures | {"edge_strain_max": 7.0})
     assert torn == "it is torn: an edge is 8.0 times as long as it should be"
 
 
@@ -178,7 +180,7 @@ def test_a_garment_that_lies_on_the_body_is_only_judged(shaped, worn, tmp_path):
     path = tmp_path / "own.safetensors"
     worn["trousers"].save(path)
     tried = try_on(path, shaped)
-    assert tried.fitness.reason is None and tried.alignment is None and tried.grown is None
+    assert tried.fitness.reason is None and tried.alignment is None and tried.growth is None
     assert np.array_equal(tried.garment.vertices, worn["trousers"].vertices)
 
 

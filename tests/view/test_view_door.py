@@ -9,10 +9,10 @@ from urllib.parse import urlsplit
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from hemline.doors import WAITING
+from hemline.access import WAITING
 from hemline.errors import HemlineError
 from hemline.view import Page, server
-from tests.view.view_samples import serving, shelf
+from tests.view.view_samples import catalog, serving
 from tests.view.visitor import connect, viser, visiting
 
 
@@ -23,7 +23,7 @@ def told() -> list[str]:
 
 @pytest.fixture(scope="module")
 def page(told):
-    with serving(Page(shelf(), playing=True, report=told.append)) as page:
+    with serving(Page(catalog(), playing=True, report=told.append)) as page:
         yield page
 
 
@@ -125,7 +125,7 @@ def test_two_hosts_are_none(page):
 
 
 def test_an_address_for_once_leads_to_the_page_once(page):
-    once = urlsplit(page.door.address_for_once()).path
+    once = urlsplit(page.door.one_time_address()).path
     assert got(page, once, Origin=EVIL)[0] == 403, "a page elsewhere does not use it up"
     status, _, headers = got(page, once)
     assert (status, headers["Location"]) == (303, urlsplit(page.url).path)
@@ -214,7 +214,7 @@ def test_a_viser_that_starts_otherwise_serves_nothing(monkeypatch):
     monkeypatch.setattr(server, "_sockets_of", lambda viser: sockets)
     monkeypatch.setattr(_infra, "websockets", Elsewhere)
     with pytest.raises(HemlineError, match=rf"viser {viser.__version__} .* is not served; install a version"):
-        Page(shelf())
+        Page(catalog())
     assert sockets.serve is plain
 
 
@@ -223,7 +223,7 @@ def test_a_viser_without_what_is_guarded_serves_nothing(monkeypatch):
 
     monkeypatch.delattr(_infra, "websockets")
     with pytest.raises(HemlineError, match="install a version that is known: pip install 'viser==1.1.1'"):
-        Page(shelf())
+        Page(catalog())
 
 
 def test_a_viser_server_of_somebody_else_is_left_alone(page):

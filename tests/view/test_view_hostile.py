@@ -8,10 +8,11 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from tests.view.view_samples import clip, serving, shelf, shirt
+from hemline.view.requests import Request
+from tests.view.view_samples import catalog, clip, serving, shirt
 
 viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'hemline[view]'")
-from hemline.view import Page, Catalog  # noqa: E402
+from hemline.view import Catalog, Page  # noqa: E402
 from tests.study.browser import browsing  # noqa: E402
 from tests.view.test_view_page import until  # noqa: E402
 
@@ -91,7 +92,7 @@ def connected(driver) -> bool:
 
 def test_a_page_of_another_origin_reaches_nothing(driver):
     """Not even one that knows the address; a script of the page itself opens the same WebSocket."""
-    with serving(Page(shelf(), playing=False)) as page, elsewhere() as host:
+    with serving(Page(catalog(), playing=False)) as page, elsewhere() as host:
         parts, protocol = urlsplit(page.url), f"viser-v{viser.__version__}"
         for place in (host, host.replace("127.0.0.1", "localhost")):
             driver.get(f"http://{place}/")
@@ -111,8 +112,8 @@ def test_a_page_of_another_origin_reaches_nothing(driver):
 
 
 def test_the_browser_is_led_to_the_page_by_an_address_that_works_once(driver):
-    with serving(Page(shelf(), playing=False)) as page:
-        once = page.door.address_for_once()
+    with serving(Page(catalog(), playing=False)) as page:
+        once = page.door.one_time_address()
         driver.get(once)
         until(lambda: connected(driver), "the page")
         assert driver.current_url.startswith(page.url)
@@ -121,15 +122,15 @@ def test_the_browser_is_led_to_the_page_by_an_address_that_works_once(driver):
 
 
 def test_names_and_errors_run_nothing_and_are_shown_as_they_are(driver):
-    held = Catalog({"shirt": shirt, NAME: shirt}, {"walk": clip, NAME: clip})
-    with serving(Page(held, playing=False)) as page, elsewhere() as host:
+    stock = Catalog({"shirt": shirt, NAME: shirt}, {"walk": clip, NAME: clip})
+    with serving(Page(stock, playing=False)) as page, elsewhere() as host:
         driver.get(page.url)
         until(lambda: connected(driver), "the page")
-        page.wishes.put("model", NAME)
-        page.wishes.put("clip", NAME)
+        page.requests.put(Request.MODEL, NAME)
+        page.requests.put(Request.CLIP, NAME)
         until(lambda: page.choice.model == page.choice.clip == NAME, "a garment and a motion of that name")
-        page.wishes.put("material", NAME)
-        until(lambda: page.trouble, "what is refused")
+        page.requests.put(Request.MATERIAL, NAME)
+        until(lambda: page.error, "what is refused")
         seen = "return document.body.innerText"
         until(lambda: f"{NAME}, 3,150 vertices" in driver.execute_script(seen), "the name, as it is")
         until(lambda: "no such material; got" in driver.execute_script(seen), "what was refused")

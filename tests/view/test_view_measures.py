@@ -5,22 +5,22 @@ import pytest
 
 from hemline.collide import inside
 from hemline.errors import BadInput
-from hemline.view import Choice, PlayedClip, Catalog, SimulatedClip
+from hemline.view import Catalog, Choice, PlayedClip, SimulatedClip
 from hemline.view.bands import COLOURS, ERROR, STRETCH, split
+from hemline.view.catalog import NO_MODEL
 from hemline.view.downloads import clip_of, file_of
 from hemline.view.measures import (
     STAGES,
     FrameMeasures,
     cloth_of,
     errors,
-    measure_frame,
     inside_body,
+    measure_frame,
     stretches,
     worst_frames,
 )
-from hemline.view.catalog import NO_MODEL
-from hemline.view.requests import Requests
-from tests.view.view_samples import clip, shelf, shirt, stage, take
+from hemline.view.requests import Request, Requests
+from tests.view.view_samples import catalog, clip, shirt, stage, take
 
 
 def test_bands_are_the_mesh_taken_apart():
@@ -60,7 +60,7 @@ def test_stretch_and_error_of_a_garment_that_was_scaled_and_moved():
 def test_without_the_projection_one_sees_what_the_animator_made():
     frame = stage().frame
     assert cloth_of(frame, "finished") is frame.vertices
-    assert cloth_of(frame, "before the projection") is frame.held
+    assert cloth_of(frame, "before the projection") is frame.before_projection
     assert cloth_of(frame, "the animator's own") is frame.animated
     assert len(STAGES) == 3
 
@@ -73,7 +73,7 @@ def test_what_is_red_is_inside():
     after[frame.report.pinched] = False
     assert not after.any()
     found = measure_frame(0, frame, shirt().garment)
-    assert found.inside == np.count_nonzero(inside_body(frame.held, frame)) and found.stretch > 0
+    assert found.inside == np.count_nonzero(inside_body(frame.before_projection, frame)) and found.stretch > 0
 
 
 def test_the_worst_frames_come_first():
@@ -92,14 +92,14 @@ def test_what_is_downloaded_is_what_was_played():
 
 
 def test_a_shelf_lists_models_clips_and_takes(tmp_path):
-    shown = shelf(tmp_path / "takes")
+    shown = catalog(tmp_path / "takes")
     assert shown.model_names == ("shirt", NO_MODEL)
     assert shown.clip_names == ("take: takes/walk", "walk", "turn")
     assert isinstance(shown.source(shown.first()), SimulatedClip)
     played = shown.source(Choice("shirt", "take: takes/walk"))
     assert isinstance(played, PlayedClip) and np.array_equal(played.truth(1), take().vertices[1])
-    assert shelf().first() == Choice("shirt", "walk")
-    assert not shown.windy(shown.first())
+    assert catalog().first() == Choice("shirt", "walk")
+    assert not shown.takes_wind(shown.first())
 
 
 REFUSED = {
@@ -113,13 +113,13 @@ REFUSED = {
 def test_what_is_not_on_the_shelf_is_refused(name, tmp_path):
     choice, said = REFUSED[name]
     with pytest.raises(BadInput, match=said):
-        shelf(tmp_path / "takes").source(choice)
+        catalog(tmp_path / "takes").source(choice)
 
 
 def test_a_take_of_another_garment_is_refused(tmp_path):
     from hemline import animators
 
-    whole = shelf(tmp_path / "takes")
+    whole = catalog(tmp_path / "takes")
     other = Catalog({"cape": lambda: animators.load("cape")}, {"walk": clip}, whole.datasets)
     with pytest.raises(BadInput, match="model 'cape' wears another garment than this take"):
         other.source(Choice("cape", other.clip_names[0]))
@@ -130,10 +130,10 @@ def test_an_empty_shelf_is_refused():
         Catalog({}, {"walk": clip})
 
 
-def test_of_many_wishes_of_a_name_the_last_counts_in_its_place():
-    wishes = Requests()
-    wishes.put("frame", 1)
-    wishes.put("play")
-    wishes.put("frame", 2)
-    assert list(wishes.taken().items()) == [("play", None), ("frame", 2)]
-    assert wishes.taken() == {}
+def test_of_many_requests_of_a_kind_only_the_last_counts():
+    requests = Requests()
+    requests.put(Request.FRAME, 1)
+    requests.put(Request.PLAY_OR_PAUSE)
+    requests.put(Request.FRAME, 2)
+    assert list(requests.take().items()) == [(Request.PLAY_OR_PAUSE, None), (Request.FRAME, 2)]
+    assert requests.take() == {}

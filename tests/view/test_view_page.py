@@ -13,13 +13,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.view.view_samples import serving, shelf
+from tests.view.view_samples import catalog, serving
 
 viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'hemline[view]'")
+from hemline.access import HOST  # noqa: E402
 from hemline.cli import main  # noqa: E402
-from hemline.doors import HOST  # noqa: E402
 from hemline.errors import BadInput, MissingExtra  # noqa: E402
 from hemline.view import Page  # noqa: E402
+from hemline.view.requests import Request  # noqa: E402
 from tests.study.browser import browsing  # noqa: E402
 
 DEADLINE = 90.0
@@ -75,7 +76,7 @@ def seen(driver) -> Iterator[Seen]:
 
 
 def test_play_moves_the_garment_pause_stops_it_and_a_browser_may_come_back(seen):
-    with serving(Page(shelf(), playing=False)) as page:
+    with serving(Page(catalog(), playing=False)) as page:
         seen.driver.get(page.url)
         first = seen.shirt()
         seen.click("Play")
@@ -85,18 +86,18 @@ def test_play_moves_the_garment_pause_stops_it_and_a_browser_may_come_back(seen)
         until(lambda: not page.playing, "a click on Pause pauses")
         index, frame = page.stage.index, page.stage.frame
         seen.driver.get("about:blank")
-        until(lambda: page.pace.clear, "a browser that left is not waited for")
+        until(lambda: page.throttle.clear, "a browser that left is not waited for")
         seen.driver.get(page.url)
         seen.shirt()
         assert page.stage.index == index and page.stage.frame is frame, "pausing keeps the frame"
 
 
 def test_a_browser_that_leaves_while_it_plays_stops_nothing(seen, capfd):
-    with serving(Page(shelf())) as page:
+    with serving(Page(catalog())) as page:
         seen.driver.get(page.url)
         seen.shirt()
         seen.driver.get("about:blank")
-        until(lambda: page.pace.clear, "a browser that left is not waited for")
+        until(lambda: page.throttle.clear, "a browser that left is not waited for")
         index = page.stage.index
         until(lambda: page.stage.index != index, "it plays on")
     assert "Traceback" not in capfd.readouterr().err
@@ -104,52 +105,52 @@ def test_a_browser_that_leaves_while_it_plays_stops_nothing(seen, capfd):
 
 def test_what_hands_ask_for_is_seen(seen):
     """Controls are moved on the server's side of a browser's messages; what they change is looked at in the browser."""
-    with serving(Page(shelf(), playing=False)) as page:
+    with serving(Page(catalog(), playing=False)) as page:
         seen.driver.get(page.url)
         thin = seen.shirt()
         betas = (2.5, *page.stage.source.body.betas[1:].tolist())
-        page.wishes.put("betas", betas)
+        page.requests.put(Request.BETAS, betas)
         until(lambda: (seen.red() != thin).sum() > 200, "a slider changes the body and the garment on it")
         assert page.stage.source.body.betas[0] == np.float32(2.5)
-        page.wishes.put("paint", "stretch")
+        page.requests.put(Request.PAINT, "stretch")
         until(lambda: seen.red().sum() < 0.5 * thin.sum(), "stretch has colours of its own")
         assert "below 5 %" in seen.driver.find_element("tag name", "body").text
 
 
 def test_what_cannot_be_done_is_said_and_what_was_shown_stays(tmp_path):
     said = []
-    with serving(Page(shelf(tmp_path / "takes"), playing=False, report=said.append)) as page:
+    with serving(Page(catalog(tmp_path / "takes"), playing=False, report=said.append)) as page:
         choice, source = page.choice, page.stage.source
-        page.wishes.put("clip", "walk")
-        until(lambda: page.trouble, "a clip without a model is refused")
-        assert said == [page.trouble] and "a clip alone moves no garment" in page.trouble
+        page.requests.put(Request.CLIP, "walk")
+        until(lambda: page.error, "a clip without a model is refused")
+        assert said == [page.error] and "a clip alone moves no garment" in page.error
         assert page.choice == choice and page.stage.source is source
-        page.wishes.put("model", "shirt")
+        page.requests.put(Request.MODEL, "shirt")
         until(lambda: page.choice.model == "shirt", "the next wish is fulfilled")
-        assert page.trouble == "" and page.stage.truth is not None
+        assert page.error == "" and page.stage.truth is not None
 
 
 def test_the_body_is_dragged_by_the_handle_in_a_pause_and_put_back():
-    with serving(Page(shelf(), playing=False)) as page:
+    with serving(Page(catalog(), playing=False)) as page:
         before, upright = page.stage.frame.body.joints[0].astype(np.float64), np.array([1.0, 0, 0, 0])
-        page.wishes.put("grip", True)
-        until(lambda: page.scene.held, "the handle is held")
-        page.wishes.put("hand", (before + [0.3, 0.0, 0.0], upright))
+        page.requests.put(Request.GRAB, True)
+        until(lambda: page.scene.grabbed, "the handle is held")
+        page.requests.put(Request.DRAG, (before + [0.3, 0.0, 0.0], upright))
         until(lambda: page.stage.frame.body.joints[0][0] > before[0] + 0.29, "the body follows the hand")
-        page.wishes.put("grip", False)
-        page.wishes.put("back")
-        until(lambda: page.stage.shift.still, "it is put back")
+        page.requests.put(Request.GRAB, False)
+        page.requests.put(Request.RESET_DRAG)
+        until(lambda: page.stage.shift.is_identity, "it is put back")
         assert page.stage.index == 0
 
 
 def test_the_worst_frames_are_found_and_gone_to():
-    with serving(Page(shelf(), playing=False)) as page:
-        page.wishes.put("look")
+    with serving(Page(catalog(), playing=False)) as page:
+        page.requests.put(Request.MEASURE)
         until(lambda: len(page.panel.worst.options) > 1, "a list of frames")
         worst = page.panel.worst.options[0]
         index = int(worst.split()[1].rstrip(":"))
         until(lambda: page.stage.index == index, "the worst one is shown")
-        assert worst.endswith("% too long") and page.stage.known == range(page.stage.count)
+        assert worst.endswith("% too long") and page.stage.stored_frames == range(page.stage.count)
 
 
 @pytest.mark.parametrize("port, said", [(70000, "a port lies from 0 to 65535; got 70000"), (None, "got it is in use")])
@@ -158,7 +159,7 @@ def test_a_port_that_cannot_be_had_is_refused(port, said):
         other.bind((HOST, 0))
         other.listen()
         with pytest.raises(BadInput, match=said):
-            Page(shelf(), port=other.getsockname()[1] if port is None else port)
+            Page(catalog(), port=other.getsockname()[1] if port is None else port)
 
 
 def test_a_taken_port_is_one_line_and_status_two(capsys):
@@ -175,7 +176,7 @@ def test_a_taken_port_is_one_line_and_status_two(capsys):
 def test_without_viser_the_cure_is_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "viser", None)
     with pytest.raises(MissingExtra, match=r"needs viser; it is not installed; run: pip install 'hemline\[view\]'"):
-        Page(shelf())
+        Page(catalog())
 
 
 REFUSED = {

@@ -8,9 +8,9 @@ from hemline.animators.live import AnimatorLive, LiveConfig
 from hemline.animators.ropes import AnimatorRopes
 from hemline.errors import BadInput
 from hemline.playback import Player
-from hemline.view import PlayedClip, BodyShift, SimulatedClip, Stage
+from hemline.view import BodyShift, PlayedClip, SimulatedClip, Stage
 from hemline.view import stage as stage_module
-from hemline.view.wind import with_wind, takes_wind
+from hemline.view.wind import takes_wind, with_wind
 from tests.view.view_samples import FPS, body, clip, shirt, stage, take
 
 BETAS = (1.5, -1.0, 0.5)
@@ -41,12 +41,12 @@ def test_one_move_makes_one_frame_and_going_back_none():
     shown = stage()
     shown.go(5)
     shown.move()
-    assert (shown.index, shown.arrived) == (1, False)
+    assert (shown.index, shown.at_goal) == (1, False)
     shown.arrive()
-    frame = shown.kept(2)
+    frame = shown.stored_frame(2)
     shown.go(2)
     shown.move()
-    assert shown.arrived and shown.frame is frame
+    assert shown.at_goal and shown.frame is frame
 
 
 def test_after_the_last_frame_comes_the_first():
@@ -60,14 +60,14 @@ def test_after_the_last_frame_comes_the_first():
 
 
 def test_frames_that_are_no_longer_kept_start_anew(monkeypatch):
-    monkeypatch.setattr(stage_module, "KEPT", 3)
+    monkeypatch.setattr(stage_module, "STORED_FRAMES", 3)
     shown = stage()
     shown.go(8)
     shown.arrive()
-    assert shown.known == range(6, 9)
+    assert shown.stored_frames == range(6, 9)
     shown.go(2)
     shown.move()
-    assert shown.index == 2 and shown.known == range(2, 3)
+    assert shown.index == 2 and shown.stored_frames == range(2, 3)
 
 
 @pytest.mark.parametrize("index", [-1, 20])
@@ -85,12 +85,12 @@ def test_the_shape_changes_at_once_under_a_settled_garment():
     shown.reshape(other)
     assert shown.index == 6
     player = Player.prepare(shirt(), body(), placed=True)
-    motion, dt = body().placed(clip()).resampled(FPS), 1 / FPS
+    motion, dt = body().placed(clip()).resample(FPS), 1 / FPS
     state = player.start(motion[0], dt=dt)
     for index in range(6):
         state, _ = player.step(state, motion[index], dt)
-    player, state = player.reshaped(state, other)
-    _, frame = player.step(state, other.placed(clip()).resampled(FPS)[6], dt)
+    player, state = player.reshape(state, other)
+    _, frame = player.step(state, other.placed(clip()).resample(FPS)[6], dt)
     assert np.array_equal(shown.frame.vertices, frame.vertices)
     shown.go(0)
     shown.arrive()
@@ -101,11 +101,11 @@ def test_the_shape_changes_at_once_under_a_settled_garment():
 def test_a_body_that_is_dragged_goes_there_at_the_speed_of_a_body_and_the_cloth_with_it():
     shown = stage()
     before, cloth = shown.frame.body.joints[0].copy(), shown.frame.vertices.mean(axis=0)
-    hand = BodyShift().dragged(before.astype(np.float64), before + [0.4, 0.0, 0.0], np.array([1.0, 0, 0, 0]))
+    hand = BodyShift().drag_handle(before.astype(np.float64), before + [0.4, 0.0, 0.0], np.array([1.0, 0, 0, 0]))
     shown.drag(hand)
     shown.hold()
     assert 0.1 < np.linalg.norm(shown.frame.body.joints[0] - before) < 0.2 and shown.index == 0
-    while shown.reaching:
+    while shown.following_drag:
         shown.hold()
     assert np.allclose(shown.frame.body.joints[0], before + [0.4, 0, 0], atol=1e-5)
     assert np.allclose(shown.frame.vertices.mean(axis=0) - cloth, [0.4, 0, 0], atol=0.01)
@@ -119,12 +119,12 @@ def test_a_handle_that_is_turned_turns_the_body_about_it():
     quarter = np.array([np.sqrt(0.5), 0, np.sqrt(0.5), 0])
     pose = body().placed(clip())[0]
     here = pose.translation.astype(np.float64)
-    turned = BodyShift().dragged(here, here, quarter).of(pose)
+    turned = BodyShift().drag_handle(here, here, quarter).apply_to(pose)
     assert np.allclose(turned.translation, here, atol=1e-6)
     one, two = body().posed(pose), body().posed(turned)
     out = one.vertices - here
     assert np.allclose(two.vertices - here, np.stack([out[:, 2], out[:, 1], -out[:, 0]], axis=1), atol=1e-4)
-    assert BodyShift().of(pose) is pose
+    assert BodyShift().apply_to(pose) is pose
 
 
 def test_wind_is_for_those_that_take_it():
@@ -159,6 +159,6 @@ def test_a_model_on_a_take_has_the_truth_beside_it():
     assert shown.truth is not None and np.array_equal(shown.truth, take().vertices[0])
     with pytest.raises(BadInput, match="the body of a take keeps its shape"):
         shown.reshape(body())
-    shown.drag(BodyShift(way=np.array([0.1, 0.0, 0.0])))
+    shown.drag(BodyShift(translation=np.array([0.1, 0.0, 0.0])))
     shown.hold()
     assert shown.truth is None, "a body that was dragged is not where it was simulated"

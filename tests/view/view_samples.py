@@ -11,7 +11,7 @@ from hemline import animators, bodies, datasets, motions
 from hemline.bodies import ShapedBody
 from hemline.datasets import Take
 from hemline.motions import Motion
-from hemline.view import Page, PlayedClip, Catalog, Stage
+from hemline.view import Catalog, Page, PlayedClip, Stage
 
 FPS = 30.0
 
@@ -53,7 +53,7 @@ def take() -> Take:
     )
 
 
-def shelf(folder=None) -> Catalog:
+def catalog(folder=None) -> Catalog:
     """The shirt, two clips, and where a folder is given a take in a dataset there."""
     held = ()
     if folder is not None:

@@ -76,7 +76,7 @@ def test_a_body_that_is_put_elsewhere_takes_its_garment_along(page, name):
 
 def test_a_clip_of_another_rate_is_played_at_thirty_frames_a_second(page):
     found, _, _ = page.frames(0, 20, clip=2)
-    frames = played(ropes_model(), body(), body().placed(walk(fps=50.0).resampled(30.0)), 20)
+    frames = played(ropes_model(), body(), body().placed(walk(fps=50.0).resample(30.0)), 20)
     assert farthest_mm(found, frames) < WITHIN_MM
 
 

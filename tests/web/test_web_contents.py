@@ -15,7 +15,6 @@ import pytest
 
 import hemline
 from hemline.cli import main
-from hemline.collide.primitives.primitive_kernels import BOX
 from hemline.errors import BadInput, BadModel, BadOutput
 from hemline.files.tensors import tensor_bytes
 from hemline.web import build, page_contents, parts, write_page
@@ -78,15 +77,6 @@ def test_other_animators_are_refused_with_the_way_out(name):
 def test_rigging_is_refused():
     with pytest.raises(BadInput, match="--pose-model kernel"):
         made({"x": rigged_model()})
-
-
-def test_colliders_that_are_no_cones_are_refused():
-    model = ropes_model()
-    kinds = model.ropes.proxy.kinds.copy()
-    kinds[0] = BOX
-    proxy = replace(model.ropes.proxy, kinds=kinds)
-    with pytest.raises(BadInput, match="rounded cones"):
-        made({"x": replace(model, ropes=replace(model.ropes, proxy=proxy))})
 
 
 def test_a_page_needs_a_model_and_a_clip():

@@ -13,7 +13,7 @@ import pytest
 
 from hemline.cli import main
 from hemline.errors import BadOutput
-from hemline.files.waiting import held, release
+from hemline.files.waiting import release_lock, take_lock
 from hemline.web.assemble import FolderPage
 from hemline.web.contents import PageContents
 from hemline.web.folder import write_page_folder
@@ -243,10 +243,10 @@ def test_root_and_home_are_refused(tmp_path, monkeypatch):
 
 def test_while_a_page_is_written_another_hemline_is_refused(tmp_path):
     write(tmp_path)
-    lock = held(tmp_path)
+    lock = take_lock(tmp_path)
     with pytest.raises(BadOutput, match="got another hemline, which writes a page there; wait"):
         write(tmp_path, "two")
-    release(lock)
+    release_lock(lock)
     write(tmp_path, "two")
     assert whole_page(tmp_path)[0] == "two"
 

@@ -1,4 +1,4 @@
-"""What the paper compares rope chains with. See `README.md`."""
+"""Baselines of rope chains, which the paper compares them with: nets, recurrent networks, standard skinning."""
 
 from papers.rope_chains.baselines.baseline import Baseline as Baseline
 from papers.rope_chains.baselines.gru import ChainGrus as ChainGrus

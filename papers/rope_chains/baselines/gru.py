@@ -1,4 +1,4 @@
-"""A recurrent network for each rope chain, in the place of the ropes."""
+"""Recurrent networks in place of the ropes, one for each chain."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,14 +9,14 @@ from hemline.animators.ropes.bones.body_inputs import BodyAtRest, body_inputs
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.arrays import Float, Int, Joints, Nodes, Transforms
 from hemline.bodies.body import PosedBody
-from hemline.learning.key_frame import to_key
+from hemline.learning.key_frame import to_key_frame
 
 WARM_UP = 15
-"""Steps before what a network says counts: its hidden state begins at zero."""
+"""Steps before the output of a network counts, since its hidden state begins at zero."""
 
 
 def chain_slots(parents: Int[np.ndarray, " nodes"]) -> Int[np.ndarray, "chains longest"]:
-    """The free bones of each chain from root to tip, counted among the free ones; -1 where a chain has no more."""
+    """Returns the free bones of each chain from root to tip, as indices of free bones, padded with -1."""
     root, chains = np.arange(len(parents)), {}
     for place, node in enumerate(np.flatnonzero(parents >= 0)):
         root[node] = root[parents[node]]
@@ -27,7 +27,7 @@ def chain_slots(parents: Int[np.ndarray, " nodes"]) -> Int[np.ndarray, "chains l
 
 @dataclass(frozen=True, eq=False)
 class GruCells:
-    r"""One gated recurrent unit for each chain; all see the same inputs $x$ and have a hidden state $h$ of their own.
+    r"""One gated recurrent unit for each chain; all have the same inputs $x$, and each has its own hidden state $h$.
 
     $$r, z = \sigma(W x + a + V h + b), \quad n = \tanh(W_n x + a_n + r (V_n h + b_n)), \quad h' = (1 - z) n + z h$$
 
@@ -39,46 +39,46 @@ class GruCells:
     """
 
     mean: Float[np.ndarray, " ins"]
-    """Of the inputs in the training; they are shifted and scaled before they are seen."""
+    """Mean of the inputs in the training, by which they are shifted."""
     spread: Float[np.ndarray, " ins"]
-    """Their standard deviation."""
-    seeing: Float[np.ndarray, "chains rows ins"]
+    """Standard deviation of the inputs in the training, by which they are scaled."""
+    input_weights: Float[np.ndarray, "chains rows ins"]
     """$W$."""
-    seeing_bias: Float[np.ndarray, "chains rows"]
+    input_bias: Float[np.ndarray, "chains rows"]
     """$a$."""
-    recalling: Float[np.ndarray, "chains rows hidden"]
+    hidden_weights: Float[np.ndarray, "chains rows hidden"]
     """$V$."""
-    recalling_bias: Float[np.ndarray, "chains rows"]
+    hidden_bias: Float[np.ndarray, "chains rows"]
     """$b$."""
-    showing: Float[np.ndarray, "chains outs hidden"]
-    """From hidden state to displacements, three rows a bone [m]."""
-    showing_bias: Float[np.ndarray, "chains outs"]
+    output_weights: Float[np.ndarray, "chains outs hidden"]
+    """Map from hidden state to displacements, three rows for each bone [m]."""
+    output_bias: Float[np.ndarray, "chains outs"]
     """[m]"""
     slots: Int[np.ndarray, "chains longest"]
     """The free bone of each three outputs, -1 for none; see `chain_slots`."""
 
     @property
-    def blank(self) -> Float[np.ndarray, "chains hidden"]:
-        """The hidden state to begin with."""
-        return np.zeros((len(self.recalling), self.recalling.shape[2]), np.float32)
+    def initial_state(self) -> Float[np.ndarray, "chains hidden"]:
+        """Initial hidden state."""
+        return np.zeros((len(self.hidden_weights), self.hidden_weights.shape[2]), np.float32)
 
     def step(
         self, hidden: Float[np.ndarray, "chains hidden"], body: Float[np.ndarray, " ins"]
     ) -> tuple[Float[np.ndarray, "chains hidden"], Float[np.ndarray, "free 3"]]:
-        """The hidden state after a step, and the displacements of the free bones from rest in the key frame [m].
+        """Returns the hidden state after a step, and displacements of the free bones from rest in the key frame [m].
 
         Args:
             hidden: The hidden state before; not changed.
             body: The inputs, see `body_inputs`.
         """
         x = (body.astype(np.float32) - self.mean) / self.spread
-        seen = self.seeing @ x + self.seeing_bias
-        recalled = np.einsum("crh,ch->cr", self.recalling, hidden) + self.recalling_bias
+        seen = self.input_weights @ x + self.input_bias
+        recalled = np.einsum("crh,ch->cr", self.hidden_weights, hidden) + self.hidden_bias
         (r, z, n), (r_old, z_old, n_old) = np.split(seen, 3, axis=1), np.split(recalled, 3, axis=1)
         r, z = _sigmoid(r + r_old), _sigmoid(z + z_old)
         n = np.tanh(n + r * n_old)
         hidden = (1 - z) * n + z * hidden
-        shown = (np.einsum("coh,ch->co", self.showing, hidden) + self.showing_bias).reshape(*self.slots.shape, 3)
+        shown = (np.einsum("coh,ch->co", self.output_weights, hidden) + self.output_bias).reshape(*self.slots.shape, 3)
         used = self.slots >= 0
         moved = np.empty((used.sum(), 3), np.float32)
         moved[self.slots[used]] = shown[used]
@@ -91,7 +91,7 @@ def _sigmoid(value: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class GruState:
-    """All that moves."""
+    """State of the recurrent networks."""
 
     hidden: Float[np.ndarray, "chains hidden"]
     bodies: Float[np.ndarray, "2 joints 3 4"]
@@ -104,10 +104,10 @@ class GruState:
 
 @dataclass(frozen=True, eq=False)
 class ChainGrus:
-    """A gated recurrent unit for each rope chain; a source of bones, see `baseline.FrameSource`.
+    """A gated recurrent unit for each rope chain; a source of bones, see `baseline.BoneMotion`.
 
-    A network sees the body, and of the cloth only what its hidden state holds. Each frame is one step of the training,
-    whatever its `dt`: at another frame rate than that of the training, cloth swings that much faster or slower.
+    The input of a network is the body's motion; the cloth is only in its hidden state. Each frame is one step of the
+    training, whatever its `dt`: at another frame rate the cloth swings faster or slower.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 9, Fig. 13 and 14. Differs: inputs are the pose around the key joint and its
@@ -124,18 +124,18 @@ class ChainGrus:
         return np.flatnonzero(self.ropes.parents >= 0)
 
     def start(self, posed: PosedBody) -> GruState:
-        """On a body that has stood still for `WARM_UP` steps."""
+        """Returns the state on a body that has stood still for `WARM_UP` steps."""
         ropes = self.ropes.start(posed)
-        bodies, hidden = np.stack([ropes.frames] * 2), self.cells.blank
+        bodies, hidden = np.stack([ropes.frames] * 2), self.cells.initial_state
         state = GruState(hidden, bodies, ropes.pivots, ropes.kinematic_rest)
         for _ in range(WARM_UP):
-            hidden, _ = self.cells.step(hidden, self._seen(state, ropes.frames))
+            hidden, _ = self.cells.step(hidden, self._inputs(state, ropes.frames))
         return GruState(hidden, bodies, ropes.pivots, ropes.kinematic_rest)
 
     def step(
         self, state: GruState, posed: PosedBody, dt: float, rest: Nodes
     ) -> tuple[GruState, Float[np.ndarray, " ins"]]:
-        """Advance to a posed body.
+        """Advances to a posed body.
 
         Args:
             state: The state before; not changed.
@@ -146,16 +146,16 @@ class ChainGrus:
         Returns:
             The state after; displacements of all bones from rest in the key frame [m], float32, bone by bone.
         """
-        frames = self.ropes.proxy.posed(posed)
-        hidden, free = self.cells.step(state.hidden, self._seen(state, frames))
+        frames = self.ropes.proxy.joint_frames(posed)
+        hidden, free = self.cells.step(state.hidden, self._inputs(state, frames))
         moved, kinematic = np.empty((self.ropes.node_count, 3), np.float32), self.ropes.kinematic
-        carried = self.ropes.carriage.carried(frames, state.kinematic_rest)
-        moved[kinematic] = to_key(posed.transforms[self.ropes.key_index], carried) - rest[kinematic]
+        carried = self.ropes.carriage.positions_in(frames, state.kinematic_rest)
+        moved[kinematic] = to_key_frame(posed.transforms[self.ropes.key_index], carried) - rest[kinematic]
         moved[self._free] = free
         after = GruState(hidden, np.stack([state.bodies[1], frames]), state.joints, state.kinematic_rest)
         return after, moved.reshape(-1)
 
-    def _seen(self, state: GruState, frames: Transforms) -> Float[np.ndarray, " ins"]:
+    def _inputs(self, state: GruState, frames: Transforms) -> Float[np.ndarray, " ins"]:
         body = BodyAtRest(self.ropes.key_index, state.joints)
         before, then = state.bodies
         return body_inputs(body, before, then, frames, self.seconds, self.seconds)

@@ -1,4 +1,4 @@
-"""The training of `ChainGrus` with torch."""
+"""Training of `ChainGrus` with torch."""
 
 import math
 from collections.abc import Callable
@@ -10,7 +10,7 @@ import torch
 
 from hemline.animators.base import Progress
 from hemline.animators.ropes.bones.chains import Ropes
-from hemline.animators.ropes.fit.gather import Source
+from hemline.animators.ropes.fit.gather import TakeFrames
 from hemline.animators.ropes.fit.sequences import Sequences, sequences
 from hemline.arrays import Int
 from hemline.errors import BadDataset
@@ -25,25 +25,25 @@ class GruOptions:
     """Options of a training."""
 
     hidden: int = 64
-    """Numbers in the hidden state of each chain."""
+    """Size of the hidden state of each chain."""
     window: int = 30
-    """Steps through which the gradient goes, after `WARM_UP` steps through which it does not."""
+    """Steps with gradient, after `WARM_UP` steps without."""
     epochs: int = 40
     """Passes over the training set."""
     batch: int = 32
-    """Windows a step of the optimiser."""
+    """Windows in each step of the optimiser."""
     rate: float = 2e-3
     """First learning rate."""
     checkpoint_epochs: int = 5
-    """The state of the training is kept every so many epochs."""
+    """Number of epochs after which the state of the training is saved."""
     mirror: bool = True
-    """Show the takes to train on mirrored, too, where garment and body are symmetric."""
+    """Add mirror images of the takes to train on, where garment and body are symmetric."""
     threads: int = 1
     """Threads of torch."""
 
 
 def train_grus(
-    source: Source,
+    source: TakeFrames,
     ropes: Ropes,
     options: GruOptions,
     *,
@@ -51,7 +51,7 @@ def train_grus(
     progress: Progress | None = None,
     folder: Path | None = None,
 ) -> ChainGrus:
-    """Train on the simulated bones of all takes, those that learned bones are trained on.
+    """Trains on the simulated bones of all takes, the training set of learned bones.
 
     Args:
         source: The takes.
@@ -59,21 +59,21 @@ def train_grus(
         options: Options.
         seed: Seed of the weights and of the order of windows.
         progress: Called with "recurrent networks", epochs done and in all.
-        folder: Where the state of the training is kept; None: nowhere.
+        folder: Where the state of the training is saved; None: nowhere.
 
     Raises:
         BadDataset: No take is long enough.
         BadModel: The training diverged.
     """
     data = sequences(source, ropes, clearance=0.0, mirror=options.mirror)
-    tell = progress or (lambda stage, done, total: None)
+    report = progress or (lambda stage, done, total: None)
     cells = train_cells(
         data,
         chain_slots(ropes.parents),
         options,
         seed=seed,
         mark=content_hash(asdict(options), {"seed": seed}, source.mark, data.bones),
-        progress=lambda done, total: tell("recurrent networks", done, total),
+        progress=lambda done, total: report("recurrent networks", done, total),
         folder=folder,
     )
     return ChainGrus(ropes, cells, data.dt)
@@ -89,16 +89,16 @@ def train_cells(
     progress: Callable[[int, int], None],
     folder: Path | None,
 ) -> GruCells:
-    """The networks of all chains; the epoch that is best on validation.
+    """Trains the networks of all chains and returns those of the epoch that is best on validation.
 
     Args:
         data: Bones and inputs.
         slots: The bones of each chain, see `chain_slots`.
         options: Options.
         seed: Seed of the weights and of the order of windows.
-        mark: Hash of all that the training depends on; a checkpoint with another one is not used.
+        mark: Hash of everything that the training depends on; a checkpoint with another one is not used.
         progress: Called with the epochs done and in all.
-        folder: Where the checkpoint is kept; None: nowhere.
+        folder: Where the checkpoint is saved; None: nowhere.
 
     Raises:
         BadDataset: No take is long enough.
@@ -118,7 +118,7 @@ def train_cells(
 class GruObjective:
     """Mean square distance of the bones to the simulated ones after the warm-up, over windows.
 
-    The chains share nothing: the gradient of each is its own, and one step of all costs little more than a step of one.
+    The chains are independent: each has its own gradient, and a step of all costs little more than a step of one.
     """
 
     name = "recurrent networks"
@@ -141,66 +141,68 @@ class GruObjective:
 
     @property
     def samples(self) -> Int[np.ndarray, " windows"]:
-        """Frames before windows, so far apart that windows follow each other."""
+        """Frames before windows, spaced so that windows do not overlap."""
         return self.data.windows(0, WARM_UP + self.window)[:: self.window]
 
     def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
-        """Of some windows [m^2]; nothing is drawn by chance."""
-        return self._miss(chosen[mine], self.window)
+        """Returns the loss of some windows, without random numbers [m^2]."""
+        return self._error(chosen[mine], self.window)
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
-        """Of all windows of the takes for validation; where there are none, of those trained on."""
+        """Returns the loss of all validation windows, or of the training windows if there are none [m^2]."""
         found = self.data.windows(1, WARM_UP + self.window)[:: self.window]
-        return self._miss(found if len(found) else self.samples, self.window)
+        return self._error(found if len(found) else self.samples, self.window)
 
-    def _miss(self, frames: np.ndarray, length: int) -> torch.Tensor:
-        found = self.rolled(frames, length)
+    def _error(self, frames: np.ndarray, length: int) -> torch.Tensor:
+        found = self.roll_out(frames, length)
         wanted = self.wanted[frames + WARM_UP + np.arange(1, length + 1)[:, None]]
         off = (found - torch.from_numpy(wanted).permute(0, 2, 1, 3)) * self.used[:, None]
         return off.square().sum() / (self.used.sum() * off.shape[0] * off.shape[2])
 
-    def rolled(self, frames: np.ndarray, length: int) -> torch.Tensor:
-        """Displacements (steps, chains, windows, outs) after the warm-up [m].
+    def roll_out(self, frames: np.ndarray, length: int) -> torch.Tensor:
+        """Returns the displacements (steps, chains, windows, outs) after the warm-up [m].
 
         Args:
             frames: The frame before the warm-up of each window.
-            length: Steps after it.
+            length: Number of steps after the warm-up.
         """
-        seeing, seeing_bias, recalling, recalling_bias, showing, showing_bias = self.parameters
+        input_weights, input_bias, hidden_weights, hidden_bias, output_weights, output_bias = self.parameters
         body = self.data.body[frames + np.arange(1, WARM_UP + length + 1)[:, None]]
         x = torch.from_numpy((body - self.mean) / self.spread)
-        hidden = torch.zeros(len(self.slots), len(frames), recalling.shape[2])
+        hidden = torch.zeros(len(self.slots), len(frames), hidden_weights.shape[2])
         with torch.no_grad():
-            for seen in self._seen(x[:WARM_UP], seeing, seeing_bias):
-                hidden = stepped(hidden, seen, recalling, recalling_bias)
+            for seen in self._inputs(x[:WARM_UP], input_weights, input_bias):
+                hidden = step_cells(hidden, seen, hidden_weights, hidden_bias)
         states = []
-        for seen in self._seen(x[WARM_UP:], seeing, seeing_bias):
-            hidden = stepped(hidden, seen, recalling, recalling_bias)
+        for seen in self._inputs(x[WARM_UP:], input_weights, input_bias):
+            hidden = step_cells(hidden, seen, hidden_weights, hidden_bias)
             states.append(hidden)
-        shown = torch.einsum("tcbh,coh->tcbo", torch.stack(states), showing) + showing_bias[:, None]
+        shown = torch.einsum("tcbh,coh->tcbo", torch.stack(states), output_weights) + output_bias[:, None]
         return shown * self.scale[:, None] + self.centre[:, None]
 
     @staticmethod
-    def _seen(x: torch.Tensor, seeing: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
-        """What all inputs (steps, windows, ins) do to all gates (steps, chains, windows, rows)."""
+    def _inputs(x: torch.Tensor, input_weights: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
+        """Returns the contributions of the inputs (steps, windows, ins) to all gates (steps, chains, windows, rows)."""
         steps, windows, ins = x.shape
-        flat = x.reshape(-1, ins) @ seeing.reshape(-1, ins).T + bias.reshape(-1)
+        flat = x.reshape(-1, ins) @ input_weights.reshape(-1, ins).T + bias.reshape(-1)
         return flat.reshape(steps, windows, *bias.shape).permute(0, 2, 1, 3)
 
     def cells(self) -> GruCells:
-        """What plays."""
-        seeing, seeing_bias, recalling, recalling_bias, showing, showing_bias = (
+        """Returns the networks for playing."""
+        input_weights, input_bias, hidden_weights, hidden_bias, output_weights, output_bias = (
             each.detach().numpy().copy() for each in self.parameters
         )
         scale = self.scale.numpy()
-        showing, showing_bias = showing * scale[:, :, None], showing_bias * scale + self.centre.numpy()
-        weights = (seeing, seeing_bias, recalling, recalling_bias)
-        return GruCells(self.mean, self.spread, *weights, showing, showing_bias, self.slots)
+        output_weights, output_bias = output_weights * scale[:, :, None], output_bias * scale + self.centre.numpy()
+        weights = (input_weights, input_bias, hidden_weights, hidden_bias)
+        return GruCells(self.mean, self.spread, *weights, output_weights, output_bias, self.slots)
 
 
-def stepped(hidden: torch.Tensor, seen: torch.Tensor, recalling: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
-    """One step of `GruCells`: hidden states (chains, windows, hidden); `seen`: what the inputs do to the gates."""
-    recalled = torch.baddbmm(bias[:, None], hidden, recalling.transpose(1, 2))
+def step_cells(
+    hidden: torch.Tensor, seen: torch.Tensor, hidden_weights: torch.Tensor, bias: torch.Tensor
+) -> torch.Tensor:
+    """Returns the hidden states (chains, windows, hidden) after a step; `seen` is the input part of the gates."""
+    recalled = torch.baddbmm(bias[:, None], hidden, hidden_weights.transpose(1, 2))
     (r, z, n), (r_old, z_old, n_old) = seen.chunk(3, dim=2), recalled.chunk(3, dim=2)
     r, z = torch.sigmoid(r + r_old), torch.sigmoid(z + z_old)
     n = torch.tanh(n + r * n_old)

@@ -1,4 +1,4 @@
-"""The bones of rope chains as a net of masses and springs: what a coarse cloth would do in their place."""
+"""The bones of rope chains as a net of masses and springs, a coarse cloth in place of the ropes."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -10,34 +10,34 @@ from hemline.animators.ropes.bones.bones import margins_of
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.arrays import Float, Int, Nodes
 from hemline.bodies.body import PosedBody
-from hemline.learning.key_frame import to_key
+from hemline.learning.key_frame import to_key_frame
 
 ITERATIONS, CONVERGED = 8, 1e-5
-"""Newton's steps of a time step at most, and the change of positions at which it stops [m]."""
+"""Largest number of Newton steps in a time step, and the change of positions at which they stop [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Springs:
-    """Springs between nodes, all of one stiffness."""
+    """Springs between nodes, all with the same stiffness."""
 
     ends: Int[np.ndarray, "springs 2"]
     lengths: Float[np.ndarray, " springs"]
-    """At rest [m]."""
+    """Lengths at rest [m]."""
     stiffness: float
     """[N/m]"""
 
-    def stepped(
+    def step(
         self, start: Nodes, aim: Nodes, masses: Float[np.ndarray, " nodes"], free: Int[np.ndarray, " free"], dt: float
     ) -> Nodes:
-        r"""Positions after a step of implicit Euler, stable for any stiffness.
+        r"""Returns positions after a step of implicit Euler, which is stable for any stiffness.
 
         $$\min_x \sum_i \tfrac{m_i}{2 h^2} |x_i - y_i|^2 + \sum_s \tfrac{k}{2} (|x_a - x_b| - l_s)^2$$
 
         by Newton's method on the Hessian without the part by which compressed springs buckle.
 
         Args:
-            start: Where to begin to search [m].
-            aim: $y$: where the nodes would go without springs; nodes that are not free stay there [m].
+            start: First guess [m].
+            aim: $y$: positions without springs; nodes that are not free stay there [m].
             masses: Mass of each node [kg].
             free: Nodes that move.
             dt: $h$ [s].
@@ -55,9 +55,9 @@ class Springs:
         x[free] = start[free]
         inertia = np.repeat(masses[free] / dt**2, 3)
         for _ in range(ITERATIONS):
-            way = x[b] - x[a]
-            span = np.maximum(np.linalg.norm(way, axis=1), 1e-9)
-            unit = way / span[:, None]
+            offset = x[b] - x[a]
+            span = np.maximum(np.linalg.norm(offset, axis=1), 1e-9)
+            unit = offset / span[:, None]
             pull = self.stiffness * (span - self.lengths)
             force = np.zeros_like(x)
             np.add.at(force, a, pull[:, None] * unit)
@@ -65,7 +65,7 @@ class Springs:
             outer = np.einsum("sa,sb->sab", unit, unit)
             across = np.maximum(1 - self.lengths / span, 0)[:, None, None]
             blocks = self.stiffness * (outer + across * (np.eye(3) - outer))
-            matrix = _assembled(blocks, place[a], place[b], len(free)) + diags(inertia)
+            matrix = _assemble(blocks, place[a], place[b], len(free)) + diags(inertia)
             slope = inertia * (x[free] - aim[free]).reshape(-1) - force[free].reshape(-1)
             change = np.asarray(spsolve(matrix.tocsc(), -slope)).reshape(-1, 3)
             x[free] += change
@@ -74,8 +74,8 @@ class Springs:
         return x
 
 
-def _assembled(blocks: np.ndarray, a: np.ndarray, b: np.ndarray, count: int):
-    """The sparse matrix of springs between places `a` and `b`, -1 for nodes that do not move."""
+def _assemble(blocks: np.ndarray, a: np.ndarray, b: np.ndarray, count: int):
+    """Returns the sparse matrix of springs between places `a` and `b`, -1 for fixed nodes."""
     from scipy.sparse import coo_matrix
 
     rows, columns, values = [], [], []
@@ -91,7 +91,7 @@ def _assembled(blocks: np.ndarray, a: np.ndarray, b: np.ndarray, count: int):
 
 @dataclass(frozen=True, eq=False)
 class NetState:
-    """All that moves."""
+    """State of a net."""
 
     positions: Nodes
     velocities: Nodes
@@ -104,8 +104,8 @@ class NetState:
 class MassSpringNet:
     """The nodes of rope chains, joined by springs along the ropes, across them and along one diagonal of each cell.
 
-    A source of bones, see `baseline.FrameSource`. Masses, gravity and drag are those of the ropes; nodes leave the body's
-    primitives the shortest way.
+    It is a source of bones, see `baseline.BoneMotion`. Masses, gravity and drag are those of the ropes. Nodes leave
+    the body's primitives along the shortest path.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 3 and Fig. 3.
@@ -116,11 +116,11 @@ class MassSpringNet:
 
     @classmethod
     def of(cls, ropes: Ropes, stiffness: float) -> Self:
-        """The net of a garment's ropes, with springs as long as in the rest drape.
+        """Makes the net of a garment's ropes, with springs as long as in the rest drape.
 
         Args:
             ropes: The ropes.
-            stiffness: Of each spring [N/m].
+            stiffness: Stiffness of each spring [N/m].
         """
         parents, pairs = ropes.parents, ropes.chains.pairs
         inner = np.flatnonzero(parents >= 0)
@@ -131,7 +131,7 @@ class MassSpringNet:
         )
 
     def start(self, posed: PosedBody) -> NetState:
-        """At rest on a body."""
+        """Returns the state at rest on a body."""
         begun = self.ropes.start(posed)
         still = np.zeros_like(begun.positions)
         return NetState(begun.positions, still, begun.kinematic_rest, begun.shapes, begun.centres)
@@ -139,17 +139,17 @@ class MassSpringNet:
     def step(
         self, state: NetState, posed: PosedBody, dt: float, rest: Nodes
     ) -> tuple[NetState, Float[np.ndarray, " ins"]]:
-        """Advance to a posed body; see `baseline.Source.step`."""
+        """Advances to a posed body, see `baseline.BoneMotion.step`."""
         ropes, constants = self.ropes, self.ropes.constants
-        frames, free = ropes.proxy.posed(posed), np.flatnonzero(ropes.parents >= 0)
+        frames, free = ropes.proxy.joint_frames(posed), np.flatnonzero(ropes.parents >= 0)
         velocities = state.velocities * np.exp(-constants.drag * dt) + dt * np.asarray(constants.gravity)
         aim = state.positions + dt * velocities
-        aim[ropes.kinematic] = ropes.carriage.carried(frames, state.kinematic_rest)
-        found = self.springs.stepped(state.positions, aim, ropes.masses, free, dt)
+        aim[ropes.kinematic] = ropes.carriage.positions_in(frames, state.kinematic_rest)
+        found = self.springs.step(state.positions, aim, ropes.masses, free, dt)
         outside = found[free]
         margins = margins_of(ropes, constants.margin)
         push_points_out(ropes.proxy.kinds, ropes.proxy.joints, state.shapes, state.centres, frames, margins, outside)
         found[free] = outside
         after = NetState(found, (found - state.positions) / dt, state.kinematic_rest, state.shapes, state.centres)
-        moved = to_key(posed.transforms[ropes.key_index], found) - rest
+        moved = to_key_frame(posed.transforms[ropes.key_index], found) - rest
         return after, moved.astype(np.float32).reshape(-1)

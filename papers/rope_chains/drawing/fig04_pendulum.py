@@ -7,28 +7,28 @@ from scipy.special import ellipj, ellipk
 
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
-from papers.rope_chains.drawing.figure import Drawn, axes, keep
-from papers.rope_chains.drawing.moving import GRAVITY, QUIET, moved
+from papers.rope_chains.drawing.figure import FigureEntry, axes, save_sheet
+from papers.rope_chains.drawing.moving import GRAVITY, QUIET, simulate_chains
 
 ANGLE, LENGTH, DT, SECONDS = np.radians(60), 1.0, 1 / 60, 60.0
 
 
 def exact(times: np.ndarray) -> np.ndarray:
-    """Angle of a pendulum let go at `ANGLE`, by Jacobi's elliptic functions [rad]."""
+    """Returns the angle of a pendulum released at `ANGLE`, by Jacobi's elliptic functions [rad]."""
     k = np.sin(ANGLE / 2)
     return 2 * np.arcsin(k * ellipj(ellipk(k * k) - np.sqrt(GRAVITY / LENGTH) * times, k * k)[0])
 
 
-def swung() -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and angles [rad] of the rope."""
+def simulate_pendulum() -> tuple[np.ndarray, np.ndarray]:
+    """Returns times [s] and angles [rad] of the rope."""
     start = LENGTH * np.array([[0, 0, 0], [np.sin(ANGLE), -np.cos(ANGLE), 0]])
-    path, _ = moved(RopeChains.free([start], RopeConstants(**QUIET)), start, DT, round(SECONDS / DT))
+    path, _ = simulate_chains(RopeChains.free([start], RopeConstants(**QUIET)), start, DT, round(SECONDS / DT))
     return DT * np.arange(len(path)), np.arctan2(path[:, 1, 0], -path[:, 1, 1])
 
 
 def figures() -> dict[str, float]:
-    """Period and amplitude against the exact solution [percent]."""
-    times, angles = swung()
+    """Returns the errors of period and amplitude [percent]."""
+    times, angles = simulate_pendulum()
     down = np.flatnonzero((angles[:-1] > 0) & (angles[1:] <= 0))
     crossings = times[down] + DT * angles[down] / (angles[down] - angles[down + 1])
     period = 4 * np.sqrt(LENGTH / GRAVITY) * ellipk(np.sin(ANGLE / 2) ** 2)
@@ -39,9 +39,9 @@ def figures() -> dict[str, float]:
     }
 
 
-def draw(folder: Path) -> Drawn:
-    """Draw it."""
-    times, angles = swung()
+def draw(folder: Path) -> FigureEntry:
+    """Draws the figure."""
+    times, angles = simulate_pendulum()
     sheet, (row,) = axes(1, 2, width=4.6)
     for axis, (first, last) in zip(row, ((0, 4), (SECONDS - 4, SECONDS)), strict=True):
         shown = (times >= first) & (times <= last)
@@ -50,11 +50,11 @@ def draw(folder: Path) -> Drawn:
         axis.set(xlabel="s", ylabel="degrees")
     row[0].legend()
     found = figures()
-    return Drawn(
+    return FigureEntry(
         "4", "A pendulum",
         "The results compare well to the analytic solution for shorter and for longer times.",
         f"From 60 degrees, rope of 1 m, dt 1/60 s: period {found['period']:+.3f} %, amplitude after a minute "
         f"{found['amplitude']:+.3f} %.",
         "Holds." if abs(found["period"]) < 0.5 and abs(found["amplitude"]) < 1 else "Does not hold.",
-        keep(sheet, folder, "fig04.png"),
+        save_sheet(sheet, folder, "fig04.png"),
     )  # fmt: skip

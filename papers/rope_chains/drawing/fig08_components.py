@@ -1,29 +1,29 @@
-"""Fig. 8: what the first components of both bases do to the rest drape."""
+"""Fig. 8: the first components of both bases, added to the rest drape."""
 
 from pathlib import Path
 
 import numpy as np
 
 from hemline import pictures
-from papers.rope_chains.drawing.figure import Drawn
+from papers.rope_chains.drawing.figure import FigureEntry
 
 SHOWN, REACH = 5, (0.35, 0.12)
-"""Components of each basis, and how far the vertex that moves most is moved [m]."""
+"""Number of components of each basis, and largest displacement of a vertex [m]."""
 SIZE = (330, 440)
 
 
 def roughness(model, mode: np.ndarray) -> float:
-    """Mean difference of neighbouring vertices over mean motion, of one component."""
+    """Returns the mean difference of neighbouring vertices over the mean displacement of a component."""
     moved, faces = mode.reshape(-1, 3), model.garment.faces
     apart = np.linalg.norm(moved[faces[:, 0]] - moved[faces[:, 1]], axis=1).mean()
     return float(apart / np.linalg.norm(moved, axis=1).mean())
 
 
-def draw(folder: Path, model) -> Drawn:
-    """Draw it."""
+def draw(folder: Path, model) -> FigureEntry:
+    """Draws the figure."""
     rows, rough = [], []
     for basis, reach in zip((model.skinning_basis, model.shape_basis), REACH, strict=True):
-        modes = basis.unpacked()[:SHOWN]
+        modes = basis.unpack()[:SHOWN]
         rough.append([roughness(model, mode) for mode in modes])
         views = []
         for mode in modes:
@@ -33,7 +33,7 @@ def draw(folder: Path, model) -> Drawn:
         rows.append(pictures.side_by_side(views))
     pictures.write_png(folder / "fig08.png", np.concatenate(rows))
     first, second = (float(np.mean(each)) for each in rough)
-    return Drawn(
+    return FigureEntry(
         "8", "Principal components",
         "The model for skinning tends to capture low-frequency deformations, that for shape higher frequencies.",
         f"Difference of neighbouring vertices over motion, mean of the first {SHOWN}: skinning {first:.3f}, "

@@ -7,21 +7,21 @@ import numpy as np
 
 import hemline
 from hemline import pictures
-from hemline.learning.key_frame import to_key
-from papers.rope_chains.drawing.figure import Drawn
+from hemline.learning.key_frame import to_key_frame
+from papers.rope_chains.drawing.figure import FigureEntry
 
 FRAMES, SIZE, ROPE, PAIR = 6, (330, 400), 0.006, 0.003
-"""Frames drawn, size of each picture [pixels], radii of what stands for ropes and lateral springs [m]."""
+"""Number of frames, size of each picture [pixels], radii of the tubes of ropes and lateral springs [m]."""
 CLIPS = {"cape": "run", "skirt": "dance"}
 
 
 def tubes(points: np.ndarray, ends: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Thin three-sided tubes from node to node: vertices [m] and faces."""
+    """Returns thin three-sided tubes from node to node: vertices [m] and faces."""
     a, b = points[ends[:, 0]], points[ends[:, 1]]
-    way = (b - a) / np.maximum(np.linalg.norm(b - a, axis=1, keepdims=True), 1e-9)
-    side = np.cross(way, np.where(np.abs(way[:, :1]) < 0.9, [[1.0, 0, 0]], [[0, 1.0, 0]]))
+    axis = (b - a) / np.maximum(np.linalg.norm(b - a, axis=1, keepdims=True), 1e-9)
+    side = np.cross(axis, np.where(np.abs(axis[:, :1]) < 0.9, [[1.0, 0, 0]], [[0, 1.0, 0]]))
     side /= np.linalg.norm(side, axis=1, keepdims=True)
-    up = np.cross(way, side)
+    up = np.cross(axis, side)
     turns = [radius * (np.cos(t) * side + np.sin(t) * up) for t in np.arange(3) * 2 * np.pi / 3]
     corners = np.stack([end + turn for end in (a, b) for turn in turns], axis=1)
     sides = [(k, (k + 1) % 3, 3 + k) for k in range(3)] + [((k + 1) % 3, 3 + (k + 1) % 3, 3 + k) for k in range(3)]
@@ -29,8 +29,8 @@ def tubes(points: np.ndarray, ends: np.ndarray, radius: float) -> tuple[np.ndarr
     return corners.reshape(-1, 3).astype(np.float32), faces.reshape(-1, 3).astype(np.int32)
 
 
-def draw(folder: Path, model, truth) -> Drawn:
-    """Draw it."""
+def draw(folder: Path, model, truth) -> FigureEntry:
+    """Draws the figure."""
     model = replace(model, learned=None)
     named = {row.clip: row for row in truth.clips()}
     row = named.get(CLIPS.get(model.garment.name, ""), truth.clips()[0])
@@ -47,12 +47,12 @@ def draw(folder: Path, model, truth) -> Drawn:
         if frame < take.clip_frames[0]:
             continue
         key, positions = posed.transforms[model.key], state.bones.ropes.positions
-        moved = (to_key(key, positions) - state.rest_bones).astype(np.float32).reshape(-1)
+        moved = (to_key_frame(key, positions) - state.rest_bones).astype(np.float32).reshape(-1)
         moved = moved + model.correction(moved)
         coefficients = np.concatenate([model.skinning(moved), np.zeros(len(model.shape.biases[-1]), np.float32)])
         skinned = model.basis.vertices(coefficients, state.rest, key)
         seen = take.vertices[frame]
-        bones = np.linalg.norm(positions[inner] - ropes.embedded(seen)[inner], axis=1).mean()
+        bones = np.linalg.norm(positions[inner] - ropes.positions_on(seen)[inner], axis=1).mean()
         errors.append([bones, *(np.linalg.norm(each - seen, axis=1).mean() for each in (skinned, both))])
         if frame not in chosen:
             continue
@@ -67,7 +67,7 @@ def draw(folder: Path, model, truth) -> Drawn:
         pictured.append(np.concatenate(views))
     pictures.write_png(folder / "fig15.png", pictures.side_by_side(pictured))
     bones, first, second = 1e3 * np.mean(errors, axis=0)
-    return Drawn(
+    return FigureEntry(
         "16" if model.garment.name.startswith("skirt") else "15",
         "Ropes, skinning, shape, simulation",
         "Simulation and rope chains both produce good dynamics.",

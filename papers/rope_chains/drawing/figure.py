@@ -1,4 +1,4 @@
-"""What every figure gives: a picture, what the paper says of it, what was measured here."""
+"""Common parts of the figures: picture, statement of the paper, measurement here."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,16 +8,16 @@ from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """One figure, redrawn."""
+class FigureEntry:
+    """A redrawn figure of the paper."""
 
     number: str
-    """Of the paper's figure."""
+    """Number of the paper's figure."""
     title: str
     paper: str
-    """What the paper says of it."""
+    """Statement of the paper about it."""
     measured: str
-    """What came out here, numbers and all."""
+    """Measurement here, with numbers."""
     holds: str
     """Whether the statement holds here."""
     picture: str
@@ -25,13 +25,13 @@ class Drawn:
 
 
 def axes(rows: int, columns: int, *, width: float = 3.2, height: float = 2.6, **options):
-    """A sheet of plots: the sheet, and its axes (rows, columns)."""
+    """Returns a sheet of plots and its axes (rows, columns)."""
     sheet = Figure(figsize=(width * columns, height * rows), layout="constrained")
     return sheet, np.array(sheet.subplots(rows, columns, squeeze=False, **options))
 
 
-def keep(sheet: Figure, folder: Path, name: str) -> str:
-    """Write a sheet of plots; returns its name."""
+def save_sheet(sheet: Figure, folder: Path, name: str) -> str:
+    """Writes a sheet of plots and returns its name."""
     folder.mkdir(parents=True, exist_ok=True)
     sheet.savefig(folder / name, dpi=110)
     return name

@@ -13,7 +13,7 @@ QUIET = dict.fromkeys(
 GRAVITY = 9.81
 
 
-def moved(chains: RopeChains, start, dt: float, count: int, *, proxy: BodyProxy | None = None, frames=None):
+def simulate_chains(chains: RopeChains, start, dt: float, count: int, *, proxy: BodyProxy | None = None, frames=None):
     """Positions and velocities (count + 1, nodes, 3) of chains whose roots stand still.
 
     Args:

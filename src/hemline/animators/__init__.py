@@ -1,4 +1,4 @@
-"""Animators: fitted parameters that turn a moving body into a moving garment. The contract is in `base`."""
+"""Animators: fitted parameters that turn a moving body into a moving garment. Their interface is in `base`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,8 @@ from .base import Redressing as Redressing
 from .base import Related as Related
 from .base import Settled as Settled
 from .base import Wearable as Wearable
+from .base import Windy as Windy
+from .lazy_kind import LazyKind as LazyKind
 from .model_file import load as load
 from .model_file import model_path as model_path
 from .model_file import shipped_models as shipped_models
@@ -35,21 +37,21 @@ def fit(
     progress: Progress | None = None,
     checkpoints: Path | None = None,
 ) -> Animator | Wearable:
-    """Fit an animator to simulated takes; a warning says so where they are of several simulators.
+    """Fits an animator to simulated takes. Warns if the takes are of several versions of the simulator.
 
     Args:
-        data: What the simulator made of a garment; of several, where the animator learns from many.
+        data: Simulated takes of a garment, or of several if the animator learns from many.
         animator: Name of the animator.
-        config: Its options, a `Config` of its kind; None: the defaults.
-        seed: Seed of all that is random.
-        progress: Called with stage, steps done and steps in all.
-        checkpoints: A folder where the state of the training is kept, so that a killed fit goes on.
+        config: Options of the fit, a `Config` of its kind; None uses the defaults.
+        seed: Seed of everything random.
+        progress: Called with the stage, the steps done and the number of steps.
+        checkpoints: Folder for the state of the training, from which a killed fit continues.
 
     Returns:
-        The animator, ready to play or to save; a `Wearable` where it was fitted on many garments.
+        The animator, ready to play or to save, or a `Wearable` if it was fitted on many garments.
 
     Raises:
-        BadInput: No such animator.
+        BadInput: There is no such animator.
         BadDataset: The dataset holds too little, or several were given to an animator of one garment.
         MissingExtra: The animator learns with a library that is not installed.
     """
@@ -67,6 +69,7 @@ __all__ = [
     "AnimatorTogether",
     "Bounded",
     "Driven",
+    "LazyKind",
     "MaterialAware",
     "Movable",
     "Progress",
@@ -74,6 +77,7 @@ __all__ = [
     "Related",
     "Settled",
     "Wearable",
+    "Windy",
     "animator_kind",
     "animator_names",
     "fit",

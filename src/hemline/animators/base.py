@@ -1,4 +1,4 @@
-"""The contract of an animator: what `play`, `evaluate` and a game loop may rely on."""
+"""The interface of an animator, and what else an animator may be able to do."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -13,30 +13,30 @@ if TYPE_CHECKING:
     from hemline.garments.garment import Garment
     from hemline.garments.material import Material
 
-    from .teleport import RigidTransform
+    from .rigid_transform import RigidTransform
 
 Progress = Callable[[str, int, int], None]
-"""Called with the stage of a fit, the steps done and the steps in all."""
+"""Called with the stage of a fit, the steps done and the number of steps."""
 
 
 @runtime_checkable
 class Animator(Protocol):
     """Fitted parameters that turn a moving body into a moving garment.
 
-    Parameters are frozen; all that moves is in the State: plain arrays in a dataclass, never changed in place, so that
-    keeping an old State is a rollback. The same input gives the same bits on one machine. What only some animators can
-    do is asked for with `isinstance`: `Driven`, `Settled`, `Bounded`, `MaterialAware`,
-    `Detailed`, `Movable`.
+    The parameters are frozen. Everything that moves is in the State: plain arrays in a dataclass that is never changed
+    in place, so that keeping an old State allows a rollback. The same input gives the same bits on one machine. Ask
+    with `isinstance` what else an animator can do: `Movable`, `Driven`, `Settled`, `Redressing`, `Bounded`,
+    `MaterialAware`, `Windy`, `Related`, `Detailed`.
     """
 
     @property
     def name(self) -> str:
-        """Name of its kind: in the registry, in model files, on the command line."""
+        """Name of the kind of animator: in the registry, in model files, on the command line."""
         ...
 
     @property
     def garment(self) -> "Garment":
-        """The garment, mesh and all."""
+        """The garment with its mesh."""
         ...
 
     @property
@@ -46,134 +46,143 @@ class Animator(Protocol):
 
     @property
     def body_hash(self) -> str:
-        """Hash of that body; another one is refused."""
+        """Hash of that body; any other body is refused."""
         ...
 
     @property
     def figures(self) -> Mapping[str, float]:
-        """What the fit reached, unit in the name."""
+        """Figures of the fit, with their units in the names."""
         ...
 
     def start(self, posed: "PosedBody") -> Any:
-        """The State at rest on a body, of any shape, in its first pose; raises BadInput for another body."""
+        """Returns the State at rest on a body of any shape in its first pose; raises BadInput for another body."""
         ...
 
     def step(self, state: Any, posed: "PosedBody", dt: float) -> tuple[Any, Vertices]:
-        """Advance by `dt` seconds to the pose given; the next State and the vertices beside the body [m], float32.
+        """Advances by `dt` seconds to a pose; returns the State after and the vertices (verts, 3) [m], float32.
 
         A `Player` asks for times from 0.1 ms to 0.25 s.
         """
         ...
 
     def save(self, path: str | Path) -> None:
-        """Write a model file, whole or not at all."""
+        """Writes a model file, whole or not at all."""
         ...
 
 
 @runtime_checkable
 class Movable(Protocol):
-    """An animator whose States can be put elsewhere: a `Player` plays it near the body, however far that has gone.
+    """An animator whose States can be moved as a whole, so that a `Player` can play it near the origin.
 
-    One whose States hold no places of the world returns them as they are. Without `moved_along` positions are counted
-    from where the body started: right everywhere, but coarser and slower kilometres away from there.
+    An animator whose States hold no places in the world returns them unchanged. Without `relocate` positions are
+    counted from where the body started: right everywhere, but coarser and slower kilometres away from there.
     """
 
-    def relocate(self, state: Any, shaped: "ShapedBody", way: "Rigid") -> Any:
-        """The State where all of it, the body and its past too, is turned about the vertical and shifted by `way`.
+    def relocate(self, state: Any, shaped: "ShapedBody", transform: "RigidTransform") -> Any:
+        """Returns the State with everything in it, the past too, turned about the vertical and shifted by `transform`.
 
-        `shaped` is the body that wears the garment. The State that was given is not changed.
+        `shaped` is the body that wears the garment. The given State is not changed.
         """
         ...
 
 
 @runtime_checkable
 class Driven(Protocol):
-    """An animator that can be driven by ground truth, to judge what comes after its own dynamics."""
+    """An animator that ground truth can drive in the place of its own dynamics, to evaluate what comes after them."""
 
     def follow(self, state: Any, posed: "PosedBody", dt: float, truth: Vertices) -> tuple[Any, Vertices]:
-        """As `step`, driven by what can be seen of simulated vertices (verts, 3) [m]."""
+        """Advances like `step`, driven by what is observed of simulated vertices (verts, 3) [m]."""
         ...
 
 
 @runtime_checkable
 class Settled(Protocol):
-    """An animator that blends settled garments: each is stretched as far as the body under it asks.
+    """An animator that blends settled garments, which are stretched as far as the body under them needs.
 
-    What keeps other animators' cloth in one piece would draw such a garment into the body. The player only shortens
-    edges that are much longer than at rest on that body.
+    The length limits that keep other cloth in one piece would draw such a garment into the body. The player only
+    shortens edges that are much longer than at rest on that body.
     """
 
-    def settled(self, posed: "PosedBody") -> Vertices:
-        """The garment as it would settle in a pose, without a past (verts, 3) [m]."""
+    def drape(self, posed: "PosedBody") -> Vertices:
+        """Predicts the garment settled in a pose, without history (verts, 3) [m]."""
         ...
 
     def at_rest(self, state: Any) -> Vertices:
-        """The garment in the rest pose of the body of a State (verts, 3) [m]."""
+        """Returns the garment in the rest pose of the body of a State (verts, 3) [m]."""
         ...
 
-    def reshaped(self, state: Any, shaped: "ShapedBody") -> Any:
-        """The State on a body of another shape, its past kept; raises BadInput for another body."""
+    def reshape(self, state: Any, shaped: "ShapedBody") -> Any:
+        """Returns the State on a body of another shape with its past kept; raises BadInput for another body."""
         ...
 
 
 @runtime_checkable
 class Redressing(Protocol):
-    """An animator that knows what the shape of a body does to its garment, whatever moves it on the mean shape."""
+    """An animator that knows how the body's shape changes its garment, whatever moves the garment on the mean shape."""
 
     def redress(
         self, state: Any, posed: "PosedBody", dt: float, worn: Vertices, nominal: "PosedBody"
     ) -> tuple[Any, Vertices]:
-        """As `step`; in the place of its own pose model stands the garment worn by the body of the fit.
+        """Advances like `step`, with given vertices in the place of the animator's own pose model.
 
-        `nominal` is that body in the same pose, `worn` the garment there (verts, 3) [m]: simulated, played by another
-        animator, made by hand. Raises BadInput where `nominal` is not the body of the fit.
+        `nominal` is the body of the fit in the same pose. `worn` are the vertices of the garment on it (verts, 3) [m],
+        simulated, played by another animator or made by hand. Raises BadInput if `nominal` is not the body of the fit.
         """
         ...
 
 
 @runtime_checkable
 class Bounded(Protocol):
-    """An animator that knows how far a body is from those of its fit. It plays what is beyond, and errs more there."""
+    """An animator that knows the range of its fit. It plays bodies and poses beyond it with larger errors."""
 
     @property
     def beta_range(self) -> tuple[float, float]:
-        """From where to where it can be believed in each of the body's betas."""
+        """Lowest and highest value of each beta for which the fit is valid."""
         ...
 
     @property
     def novelty_limit(self) -> float:
-        """The novelty above which a pose is unlike all poses of the fit."""
+        """Novelty above which a pose is unlike all poses of the fit."""
         ...
 
     def novelty(self, state: Any) -> float:
-        """How far the pose that led to a State is from the nearest one of the fit; 1: as far as these are apart."""
+        """Returns the distance of a State's pose from the nearest pose of the fit; 1 is the spacing of those poses."""
         ...
 
 
 @runtime_checkable
 class MaterialAware(Protocol):
-    """An animator, or a `Wearable`, whose garment may be made of another material."""
+    """An animator or a `Wearable` whose garment may be made of another material."""
 
     @property
     def known_materials(self) -> Sequence[str]:
-        """Names of the materials that it need not guess, that of the fit first."""
+        """Names of the materials that the animator does not have to guess; that of the fit comes first."""
         ...
 
     def in_material(self, material: "Material | str") -> Self:
-        """The same with its garment made of a material, or of the name of one.
+        """Returns the animator with its garment made of a material, given as such or by name.
 
-        Raises BadGarment for a material that is none, BadInput where the animator knows too little of it.
+        Raises BadGarment for an impossible material, BadInput if the animator knows too little of it.
         """
         ...
 
 
 @runtime_checkable
+class Windy(Protocol):
+    """An animator whose garment is moved by wind."""
+
+    def in_wind(self, wind: tuple[float, float, float]) -> Self:
+        """Returns the animator in a wind of the world [m/s]. It can step the States of this one."""
+        ...
+
+
+@runtime_checkable
 class Related(Protocol):
-    """An animator of a garment that it was not fitted to, and that knows which of those of its fit are most like it."""
+    """An animator of a garment that it was not fitted to, which knows the most similar garments of its fit."""
 
     @property
     def relatives(self) -> Sequence[tuple[str, float]]:
-        """Their names, the nearest first, and how far each is; 1: as far as one of them is from its nearest one."""
+        """Names and distances of those garments, nearest first; 1 is the spacing of the garments of the fit."""
         ...
 
 
@@ -182,11 +191,10 @@ class Detailed(Protocol):
     """An animator that can play with fewer vertices, for a garment that is far from the camera."""
 
     def at_detail(self, detail: float) -> Animator:
-        """The level with that share of the vertices, above 0 and at most 1; below 1 it is a `QualityLevel`, too.
+        """Returns the level with that fraction of the vertices, above 0 and at most 1; below 1 it is a `Level` too.
 
-        Asked again it gives the same one. States of all levels are of one kind: a State of one can be stepped by
-        another. Raises BadInput for a share that
-        is out of range, or that leaves too few vertices.
+        The same fraction gives the same object. All levels share one kind of State: a level can step the States of
+        another. Raises BadInput for a fraction that is out of range or leaves too few vertices.
         """
         ...
 
@@ -197,53 +205,54 @@ class Level(Animator, Protocol):
 
     @property
     def full(self) -> Animator:
-        """The one with all vertices."""
+        """The animator with all vertices."""
         ...
 
     @property
-    def kept(self) -> Int[np.ndarray, " kept"]:
-        """Which vertex of the full garment each of this one's is."""
+    def vertex_ids(self) -> Int[np.ndarray, " kept"]:
+        """Index in the full garment of each vertex of this one."""
         ...
 
 
 @runtime_checkable
 class Wearable(Protocol):
-    """Fitted on many garments at once: it becomes an animator when it is given one to wear."""
+    """A model that was fitted on many garments. It becomes an animator when it is given one."""
 
     @property
     def name(self) -> str:
-        """Name of its kind, as of an `Animator`."""
+        """Name of the kind of animator."""
         ...
 
     @property
     def figures(self) -> Mapping[str, float]:
-        """What the fit reached, unit in the name."""
+        """Figures of the fit, with their units in the names."""
         ...
 
     def animator_for(self, garment: "Garment", body: "ShapedBody") -> Animator:
-        """The animator of one garment on one body."""
+        """Returns the animator of one garment on one body."""
         ...
 
     def save(self, path: str | Path) -> None:
-        """Write a model file, whole or not at all."""
+        """Writes a model file, whole or not at all."""
         ...
 
 
 @runtime_checkable
 class AnimatorKind(Protocol):
-    """What the registry knows by a name: how an animator is fitted, and how it is read back.
+    """An entry of the registry: how an animator is fitted and how it is read back.
 
-    A class with class attributes and classmethods will do, the animator's own too, or an object.
+    A class with class attributes and classmethods will do, for example the animator's own class. `LazyKind` is one
+    that imports its code on first use.
     """
 
     @property
     def name(self) -> str:
-        """The name."""
+        """Name of the kind of animator."""
         ...
 
     @property
     def Config(self) -> type:
-        """A frozen dataclass of options of the fit, all with defaults."""
+        """Class of the options of the fit, a frozen dataclass in which all options have defaults."""
         ...
 
     def fit(
@@ -255,9 +264,9 @@ class AnimatorKind(Protocol):
         progress: Progress | None = None,
         checkpoints: Path | None = None,
     ) -> Animator | Wearable:
-        """Learn from simulated takes or drapes; goes on from the folder `checkpoints` after a kill."""
+        """Fits an animator to simulated takes or drapes; continues from the folder `checkpoints` after a kill."""
         ...
 
     def of(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Animator | Wearable:
-        """Make one from what a model file holds; raises BadModel before anything runs."""
+        """Reads an animator from the contents of a model file; raises BadModel before anything runs."""
         ...

@@ -1,4 +1,4 @@
-"""The folder in which a fit keeps what it would lose by a kill, until it is done."""
+"""The folder in which a fit keeps its checkpoints until it is done."""
 
 import tempfile
 from collections.abc import Iterator
@@ -9,21 +9,21 @@ from hemline.errors import BadInput, BadOutput
 from hemline.files import read_metadata
 
 CHECKPOINT_KINDS = ("frames", "training")
-"""Kinds of files that fits keep, see `docs/format.md`."""
+"""Kinds of checkpoint files, see `docs/format.md`."""
 
 
 @contextmanager
 def checkpoint_folder(wanted: Path | None) -> Iterator[Path]:
-    """A folder whose checkpoints stay if the work is broken off, and go when it is done.
+    """Opens a folder whose checkpoints remain if the work is interrupted and are deleted when it is done.
 
-    Files that no fit keeps stay, and with them the folder. Mapped arrays (`.npy`), which may be gigabytes and are made
-    anew each time, go in any case.
+    Files that are no checkpoints remain, and the folder with them. Mapped arrays (`.npy`), which may be gigabytes and
+    are made anew each time, are deleted in any case.
 
     Args:
-        wanted: The folder, made where it is missing; None: one among the temporary files.
+        wanted: The folder, which is made if it is missing; None uses a temporary one.
 
     Raises:
-        BadOutput: It cannot be made.
+        BadOutput: The folder cannot be made.
     """
     if wanted is None:
         with tempfile.TemporaryDirectory(prefix="hemline-fit-") as folder:
@@ -39,9 +39,9 @@ def checkpoint_folder(wanted: Path | None) -> Iterator[Path]:
         yield wanted
         done = True
     finally:
-        kept = [each for each in wanted.glob("**/*.safetensors") if _is_kept(each)] if done else []
+        checkpoints = [each for each in wanted.glob("**/*.safetensors") if _is_checkpoint(each)] if done else []
         damaged = [*wanted.glob("**/*.safetensors.damaged*")] if done else []
-        for file in (*wanted.glob("*.npy"), *kept, *damaged):
+        for file in (*wanted.glob("*.npy"), *checkpoints, *damaged):
             with suppress(OSError):
                 file.unlink()
         for folder in sorted((each for each in wanted.glob("**") if each.is_dir()), reverse=True):
@@ -49,7 +49,7 @@ def checkpoint_folder(wanted: Path | None) -> Iterator[Path]:
                 folder.rmdir()
 
 
-def _is_kept(path: Path) -> bool:
+def _is_checkpoint(path: Path) -> bool:
     for kind in CHECKPOINT_KINDS:
         with suppress(BadInput):
             read_metadata(path, kind)

@@ -1,4 +1,4 @@
-"""What every lower level of detail hands on from the animator that it is of."""
+"""The base of levels of detail: what each takes from its full animator."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -7,43 +7,43 @@ from typing import Any
 from hemline.bodies.body import ShapedBody
 
 from .base import Animator, Detailed, Movable
-from .teleport import RigidTransform
+from .rigid_transform import RigidTransform
 
 
 class LevelOf:
-    """Base of a level of detail: its identity, its file and its other levels are those of the full animator."""
+    """A level of detail with the identity, the model file and the other levels of its full animator."""
 
     full: Animator
-    """The one with all vertices."""
+    """The animator with all vertices."""
 
     @property
     def name(self) -> str:
-        """As of the full animator."""
+        """Name of the kind of animator."""
         return self.full.name
 
     @property
     def body_name(self) -> str:
-        """As of the full animator."""
+        """Name of the body that the garment was fitted on."""
         return self.full.body_name
 
     @property
     def body_hash(self) -> str:
-        """As of the full animator."""
+        """Hash of that body."""
         return self.full.body_hash
 
     @property
     def figures(self) -> Mapping[str, float]:
-        """What the fit of the full animator reached."""
+        """Figures of the fit of the full animator."""
         return self.full.figures
 
     def at_detail(self, detail: float) -> Animator:
-        """Another level of the full animator."""
+        """Returns another level of the full animator."""
         return self.full.at_detail(detail) if isinstance(self.full, Detailed) else self.full
 
-    def relocate(self, state: Any, shaped: ShapedBody, way: RigidTransform) -> Any:
-        """As of the full animator, where that is `Movable`."""
-        return self.full.relocate(state, shaped, way) if isinstance(self.full, Movable) else state
+    def relocate(self, state: Any, shaped: ShapedBody, transform: RigidTransform) -> Any:
+        """Relocates a State as the full animator does if it is `Movable`, else returns the State."""
+        return self.full.relocate(state, shaped, transform) if isinstance(self.full, Movable) else state
 
     def save(self, path: str | Path) -> None:
-        """Write the model file of the full animator, which all levels are made from."""
+        """Writes the model file of the full animator, from which all levels are made."""
         self.full.save(path)

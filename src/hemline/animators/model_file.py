@@ -1,4 +1,4 @@
-"""Model files: what is common to those of all animators. Keys are specified in `docs/format.md`."""
+"""Reads and writes model files. What all of them share is here; their keys are specified in `docs/format.md`."""
 
 import difflib
 from collections.abc import Mapping, Sequence
@@ -10,18 +10,20 @@ import numpy as np
 
 from hemline.errors import BadModel
 from hemline.files import read_metadata, read_tensors, write_tensors
-from hemline.files.contents import AGAIN, entry, part, refused
+from hemline.files.contents import AGAIN, damage_as_bad_model, entry, part
 from hemline.garments.garment import Garment
 from hemline.motions.terms import as_stated
 
 from .registry import animator_kind
 
 UNITS = {"length": "metre", "time": "second", "mass": "kilogram", "angle": "radian", "up": "y"}
+"""Units of model files."""
 SHIPPED_FOLDER = Path(__file__).parents[1] / "models"
+"""Folder of the model files that come with the package."""
 
 
 def shipped_models(folder: Path = SHIPPED_FOLDER) -> list[str]:
-    """Names of the models that came with the package."""
+    """Returns the names of the models that come with the package."""
     found = []
     for file in sorted(folder.glob("*.safetensors")):
         try:
@@ -33,7 +35,7 @@ def shipped_models(folder: Path = SHIPPED_FOLDER) -> list[str]:
 
 
 def model_path(name: str | Path) -> Path:
-    """The file of a model: the path itself, or that of a shipped model by its name.
+    """Returns the file of a model, which is given as a path or as the name of a shipped model.
 
     Raises:
         BadModel: No shipped model has that name.
@@ -43,17 +45,17 @@ def model_path(name: str | Path) -> Path:
 
 
 def load(path: str | Path) -> Any:
-    """Load a fitted animator, or a `Wearable` that was fitted on many garments.
+    """Loads a fitted animator, or a `Wearable` that was fitted on many garments.
 
     Args:
         path: A model file, or the name of a shipped model.
 
     Returns:
-        The animator or the wearable; its kind is named in the file.
+        The animator or the wearable. The file names its kind.
 
     Raises:
-        BadModel: No shipped model has that name; or the file is missing, truncated, a pickle, of another kind or of a
-            future version, lacks a key, or holds an array of the wrong type or shape, or NaN.
+        BadModel: No shipped model has that name. Or the file is missing, truncated, a pickle, of another kind or of a
+            future version, lacks a key, or holds NaN or an array of the wrong type or shape.
     """
     path = model_path(path)
     arrays, metadata = read_tensors(path, "model", error=BadModel)
@@ -73,18 +75,18 @@ def save_model(
     licences: Sequence[str],
     extra: Mapping[str, Any],
 ) -> None:
-    """Write a model file, whole or not at all.
+    """Writes a model file, whole or not at all.
 
     Args:
         path: The file.
         animator: Name of the animator.
-        arrays: The animator's own arrays.
-        garment: Stored in the file, mesh and all; None for a `Wearable`, which is given one later.
-        body: `name` and `hash` of the body that it was fitted on.
+        arrays: The animator's own arrays by name.
+        garment: Garment to store with its mesh; None for a `Wearable`, which is given one later.
+        body: `name` and `hash` of the body that the animator was fitted on.
         config: Options of the fit.
-        figures: What the fit reached.
+        figures: Figures of the fit.
         licences: Terms of the body, of the garment's mesh and of the motions.
-        extra: The animator's own metadata, one key a part.
+        extra: The animator's own metadata by key.
 
     Raises:
         BadOutput: The path cannot be written.
@@ -98,16 +100,16 @@ def save_model(
         "licences": list(as_stated(licences)),
         "figures": dict(figures),
     } | dict(extra)
-    held = dict(arrays)
+    stored = dict(arrays)
     if garment is not None:
         metadata["garment"] = garment.metadata()
-        held |= {f"garment.{name}": array for name, array in garment.arrays().items()}
-    write_tensors(path, held, metadata)
+        stored |= {f"garment.{name}": array for name, array in garment.arrays().items()}
+    write_tensors(path, stored, metadata)
 
 
 def garment_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Garment:
-    """The garment in a model file; raises BadModel."""
-    with refused("the model's garment"):
+    """Reads the garment from a model file; raises BadModel."""
+    with damage_as_bad_model("the model's garment"):
         garment = Garment.of(part(arrays, "garment"), entry(metadata, "garment", dict))
     faces, vertices = garment.faces, len(garment.vertices)
     if faces.size and not (faces.min() >= 0 and faces.max() < vertices):
@@ -117,7 +119,7 @@ def garment_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) ->
 
 @contextmanager
 def name_file_in_errors(path: str | Path):
-    """Put the file's name before what BadModel says."""
+    """Puts the name of a file in front of the message of each BadModel raised inside."""
     try:
         yield
     except BadModel as reason:

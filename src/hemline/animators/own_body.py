@@ -1,20 +1,33 @@
-"""Which body an animator is for."""
+"""The body that an animator was fitted on."""
 
-from hemline.bodies import ShapedBody
+from hemline import bodies
+from hemline.bodies import Body, ShapedBody
 from hemline.errors import BadInput
 
 from .base import Animator
 
 
+def own_body(animator: Animator) -> Body:
+    """Returns the body that an animator was fitted on. It is read once.
+
+    Args:
+        animator: The animator.
+
+    Raises:
+        BadBody: No body of that name ships, or its file cannot be read.
+    """
+    return bodies.load(animator.body_name)
+
+
 def refuse_other_body(animator: Animator, shaped: ShapedBody) -> None:
-    """Refuse a body that an animator was not fitted on; any shape of its own is welcome.
+    """Refuses a body that an animator was not fitted on. Any shape of its own body is accepted.
 
     Args:
         animator: The animator.
         shaped: The body that is to wear its garment.
 
     Raises:
-        BadInput: Another body.
+        BadInput: The body is another one.
     """
     if shaped.body.hash != animator.body_hash:
         raise BadInput(

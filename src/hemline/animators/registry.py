@@ -1,15 +1,16 @@
-"""Animators by name: ours, and those that other packages register under the entry point `hemline.animators`."""
+"""Animators by name: those of this package, and those that others register as entry points of `hemline.animators`."""
 
 import difflib
 import functools
-import importlib
 from importlib.metadata import entry_points
 
 from hemline.errors import BadInput
 
 from .base import AnimatorKind
+from .lazy_kind import import_object
 
 GROUP = "hemline.animators"
+"""Name of the entry point group."""
 OURS = {
     "agentdress": "hemline.animators.agentdress.kind:KIND",
     "lag": "hemline.animators.lag:KIND",
@@ -17,7 +18,7 @@ OURS = {
     "ropes": "hemline.animators.ropes:KIND",
     "swingar": "hemline.animators.swingar:KIND",
 }
-"""Where the kinds of this package are; no entry point replaces one."""
+"""Where this package defines its animators. An entry point of the same name does not replace them."""
 
 
 @functools.cache
@@ -26,16 +27,16 @@ def _places() -> dict[str, str]:
 
 
 def animator_names() -> list[str]:
-    """Names of all animators that are installed."""
+    """Returns the names of all installed animators, sorted."""
     return sorted(_places())
 
 
 def animator_kind(name: str, *, error: type[BadInput] = BadInput) -> AnimatorKind:
-    """How an animator is fitted and read back; its module is imported now, not before.
+    """Returns the kind of an animator: its options, its fit and its model files. Its module is imported by this call.
 
     Args:
-        name: Its name in model files and on the command line.
-        error: The class to raise.
+        name: Name of the animator in model files and on the command line.
+        error: Class of the exception to raise.
 
     Raises:
         error: No such animator is installed.
@@ -45,5 +46,4 @@ def animator_kind(name: str, *, error: type[BadInput] = BadInput) -> AnimatorKin
         near = difflib.get_close_matches(str(name), places, 1)
         hint = f"did you mean '{near[0]}'?" if near else "install the package that brings it"
         raise error("no such animator", repr(name), f"installed: {', '.join(animator_names())}; {hint}")
-    module, _, attribute = places[name].partition(":")
-    return getattr(importlib.import_module(module), attribute)
+    return import_object(places[name])

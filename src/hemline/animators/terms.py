@@ -1,4 +1,4 @@
-"""The terms that come with a garment and with what moves it."""
+"""Licence terms of a garment and of an animator."""
 
 from typing import Any
 
@@ -6,19 +6,19 @@ from hemline.garments.garment import Garment
 from hemline.motions.terms import as_stated
 
 MADE_OF = "made of "
-"""How the note of a garment begins that names the mesh it was made of, and in brackets the terms of that."""
+"""Beginning of the note of a garment that names the mesh it was made of, with the terms of that mesh in brackets."""
 
 
 def garment_terms(garment: Garment) -> tuple[str, ...]:
-    """Notes of a garment that name another's mesh and its terms; none where the garment is the user's own."""
+    """Returns the notes of a garment that name somebody else's mesh and its terms."""
     return tuple(note for note in garment.notes if note.startswith(MADE_OF))
 
 
 def terms_of(animator: Any) -> tuple[str, ...]:
-    """Terms of all that an animator was made of: body, garment, motions; of several, those of all.
+    """Returns the terms of everything that an animator and its parts were made of: bodies, garments and motions.
 
     Args:
-        animator: An animator, or a `Wearable`. One without `licences` says nothing of itself.
+        animator: An animator or a `Wearable`. An animator without `licences` adds no terms of its own.
     """
     parts = getattr(animator, "parts", None) or [getattr(animator, name, None) for name in ("moving", "shapes", "full")]
     texts = [text for part in parts if part is not None for text in terms_of(part)]

@@ -1,4 +1,4 @@
-"""Several animators as one: each moves a garment of its own on the same body."""
+"""Several animators as one. Each moves its own garment on the same body."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,10 +12,10 @@ import numpy as np
 from hemline.arrays import Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.errors import BadInput
-from hemline.garments import Garment, worn_together
+from hemline.garments import Garment, wear_together
 
 from .base import Animator, Bounded, Movable
-from .teleport import RigidTransform
+from .rigid_transform import RigidTransform
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,17 +23,17 @@ class AnimatorTogether:
     """Animators whose garments are worn together; the `Player` keeps each garment out of those beneath it.
 
     Attributes:
-        parts: From the skin outwards. Make it with `together`.
+        parts: The animators, from the skin outwards. Use `together` to combine them.
 
     Raises:
-        BadInput: Fewer than two, one garment twice, or fitted on two bodies.
+        BadInput: There are fewer than two animators, two of one garment, or two that were fitted on different bodies.
     """
 
     parts: tuple[Animator, ...]
     name = "together"
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be worn together."""
+        """Refuses animators whose garments cannot be worn together."""
         if len(self.parts) < 2:
             raise BadInput("garments worn together are two at least", len(self.parts), "name one over the other")
         first = self.parts[0]
@@ -49,16 +49,16 @@ class AnimatorTogether:
 
     @property
     def garment(self) -> Garment:
-        """All of them as one, in pieces."""
+        """All garments as one garment in several pieces."""
         return self._garment
 
     @cached_property
     def _garment(self) -> Garment:
-        return worn_together([part.garment for part in self.parts])
+        return wear_together([part.garment for part in self.parts])
 
     @property
     def body_name(self) -> str:
-        """Name of the body of all."""
+        """Name of the body that all garments were fitted on."""
         return self.parts[0].body_name
 
     @property
@@ -68,20 +68,20 @@ class AnimatorTogether:
 
     @property
     def figures(self) -> Mapping[str, float]:
-        """Those of all fits, each after the name of its garment."""
+        """Figures of all fits; each name begins with the name of the garment."""
         return {f"{part.garment.name}_{name}": value for part in self.parts for name, value in part.figures.items()}
 
     def start(self, posed: PosedBody) -> tuple[Any, ...]:
-        """The State of each, at rest on a body in its first pose; raises BadInput for another body."""
+        """Returns the States of all animators at rest on a body in its first pose; raises BadInput for another body."""
         return tuple(part.start(posed) for part in self.parts)
 
     def step(self, state: tuple[Any, ...], posed: PosedBody, dt: float) -> tuple[tuple[Any, ...], Vertices]:
-        """Advance to a pose.
+        """Advances to a pose.
 
         Args:
             state: The States before; they are not changed.
             posed: The body now.
-            dt: Time since then [s].
+            dt: Time since those States [s].
 
         Returns:
             The States after, and the vertices of all garments in the world (verts, 3) [m].
@@ -89,13 +89,15 @@ class AnimatorTogether:
         done = [part.step(each, posed, dt) for part, each in zip(self.parts, state, strict=True)]
         return tuple(each for each, _ in done), np.concatenate([vertices for _, vertices in done])
 
-    def relocate(self, state: tuple[Any, ...], shaped: ShapedBody, way: RigidTransform) -> tuple[Any, ...]:
-        """The States put elsewhere, where all of the animators are `Movable`."""
-        pairs = zip(self.parts, state, strict=True)
-        return tuple(part.relocate(each, shaped, way) if isinstance(part, Movable) else each for part, each in pairs)
+    def relocate(self, state: tuple[Any, ...], shaped: ShapedBody, transform: RigidTransform) -> tuple[Any, ...]:
+        """Relocates the States of all animators that are `Movable`."""
+        return tuple(
+            part.relocate(each, shaped, transform) if isinstance(part, Movable) else each
+            for part, each in zip(self.parts, state, strict=True)
+        )
 
     def save(self, path: str | Path) -> None:
-        """Refused: they are model files of their own.
+        """Refuses to save, since each animator has a model file of its own.
 
         Raises:
             BadInput: Always.
@@ -105,7 +107,7 @@ class AnimatorTogether:
 
 @dataclass(frozen=True, eq=False)
 class AnimatorTogetherBounded(AnimatorTogether):
-    """The same where some of them know how far they can be believed: `Bounded` by those."""
+    """Animators worn together of which at least one is `Bounded`; its bounds are those of all."""
 
     @property
     def _parts_with_bounds(self) -> list[tuple[int, Bounded]]:
@@ -113,31 +115,32 @@ class AnimatorTogetherBounded(AnimatorTogether):
 
     @property
     def beta_range(self) -> tuple[float, float]:
-        """Where all of them are believed."""
+        """Lowest and highest value of each beta for which all fits are valid."""
         ranges = [part.beta_range for _, part in self._parts_with_bounds]
         return max(low for low, _ in ranges), min(high for _, high in ranges)
 
     @property
     def novelty_limit(self) -> float:
-        """1: the novelty is counted in the limits of each."""
+        """Always 1, since the novelty of each animator is divided by its own limit."""
         return 1.0
 
     def novelty(self, state: tuple[Any, ...]) -> float:
-        """The largest of their novelties, each over its limit."""
-        return max((part.novelty(state[at]) / part.novelty_limit for at, part in self._parts_with_bounds), default=math.nan)
+        """Returns the largest novelty of all animators, each divided by its own limit."""
+        ratios = (part.novelty(state[at]) / part.novelty_limit for at, part in self._parts_with_bounds)
+        return max(ratios, default=math.nan)
 
 
 def together(parts: Sequence[Animator]) -> AnimatorTogether:
-    """Animators as one, their garments worn one over the other.
+    """Combines animators whose garments are worn one over the other.
 
     Args:
-        parts: From the skin outwards.
+        parts: The animators, from the skin outwards.
 
     Returns:
-        An animator; `Bounded` where one of them is.
+        One animator, which is `Bounded` if one of them is.
 
     Raises:
-        BadInput: As `AnimatorTogether`.
+        BadInput: There are fewer than two animators, two of one garment, or two that were fitted on different bodies.
     """
     bounded = any(isinstance(part, Bounded) for part in parts)
     return (AnimatorTogetherBounded if bounded else AnimatorTogether)(tuple(parts))

@@ -1,4 +1,4 @@
-"""Benchmarks by name: what ships, timed on the machine at hand."""
+"""Table of the benchmarks of `hemline bench`, by name."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -21,28 +21,28 @@ from .whole import bench_whole_cape, bench_whole_skirt
 
 
 def bench_cape() -> dict[str, Any]:
-    """Whole frame of the shipped cape on the six shipped excerpts, one core, by stage."""
-    return _framed("cape")
+    """Frame time of the shipped cape by stage, on the six shipped excerpts, one core."""
+    return _frame_times("cape")
 
 
 def bench_skirt() -> dict[str, Any]:
-    """Whole frame of the shipped skirt (18,546 vertices) on the six shipped excerpts, one core, by stage."""
-    return _framed("skirt")
+    """Frame time of the shipped skirt (18,546 vertices) by stage, on the six shipped excerpts, one core."""
+    return _frame_times("skirt")
 
 
 def bench_sim_4k() -> dict[str, Any]:
-    """A second of running, light cape (about 4,000 vertices), body contact, all cores."""
-    return _simulated("cape-light", self_contact=False)
+    """Simulation of the light cape (about 4,000 vertices) on a second of running, with body contact, all cores."""
+    return _simulate("cape-light", self_contact=False)
 
 
 def bench_sim_12k() -> dict[str, Any]:
-    """A second of running, paper cape (12,690 vertices), body contact, all cores."""
-    return _simulated("cape", self_contact=False)
+    """Simulation of the full cape (12,690 vertices) on a second of running, with body contact, all cores."""
+    return _simulate("cape", self_contact=False)
 
 
 def bench_sim_12k_self() -> dict[str, Any]:
-    """A second of running, paper cape (12,690 vertices), contact with the body and with itself, all cores."""
-    return _simulated("cape", self_contact=True)
+    """Simulation of the full cape (12,690 vertices) on a second of running, with body and self-contact, all cores."""
+    return _simulate("cape", self_contact=True)
 
 
 BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
@@ -70,7 +70,7 @@ BENCHMARKS: dict[str, Callable[[], dict[str, Any]]] = {
 
 
 def run_benchmark(name: str) -> dict[str, Any]:
-    """Run one benchmark.
+    """Runs one benchmark.
 
     Args:
         name: A key of `BENCHMARKS`.
@@ -97,23 +97,23 @@ def _one_thread() -> None:
     use_threads(1)
 
 
-def _framed(name: str) -> dict[str, Any]:
+def _frame_times(name: str) -> dict[str, Any]:
     _one_thread()
     model = animators.load(name)
-    frames = [frame.milliseconds for frame in _played(model)]
-    return {"frame_ms": frame_ms(frames), "frames": len(frames)} | _stages_of_the_animator(model)
+    frames = [frame.milliseconds for frame in _play_all(model)]
+    return {"frame_ms": frame_ms(frames), "frames": len(frames)} | _animator_stages(model)
 
 
-def _played(model: Any) -> Iterator[Any]:
+def _play_all(model: Any) -> Iterator[Any]:
     body = bodies.load(model.body_name).shaped()
     for _ in play(model, body, motions.load("run")[:3]):
-        pass  # compile and warm the caches outside the measured frames
+        pass  # compiles and warms the caches before the measured frames
     for name in motions.names():
         yield from play(model, body, motions.load(name))
 
 
-def _stages_of_the_animator(model: Any) -> dict[str, Any]:
-    """Bones and networks apart, on the run [ms]."""
+def _animator_stages(model: Any) -> dict[str, Any]:
+    """Returns the median times of bones and of networks on the clip `run` [ms]."""
     body = bodies.load(model.body_name).shaped()
     motion = body.placed(motions.load("run"))
     poses = [body.posed(motion[i]) for i in range(len(motion))]
@@ -129,13 +129,13 @@ def _stages_of_the_animator(model: Any) -> dict[str, Any]:
     return {"bones_ms": float(bones_ms), "networks_ms": float(networks_ms)}
 
 
-def _simulated(name: str, *, self_contact: bool) -> dict[str, Any]:
+def _simulate(name: str, *, self_contact: bool) -> dict[str, Any]:
     from hemline.compiled import use_threads
 
     use_threads(None)
     garment = garments.load(name)
     body = bodies.load(garment.body_name).shaped()
-    motion = body.untangled_motion(body.placed(motions.load("run").resampled(30)))
+    motion = body.untangle_motion(body.placed(motions.load("run").resample(30)))
     settings = sim.SimSettings(self_contact=self_contact)
     rest = sim.rest_drape(garment, body, settings)
     stamps = []

@@ -1,6 +1,6 @@
-"""How long the body takes on this machine, on one core: `python -m hemline.bench.body`.
+"""Times the stages of the body on one core: `python -m hemline.bench.body`.
 
-Minima and medians of many repetitions, after the first; other work on the machine shows in the medians.
+Prints the minimum and the median of many repetitions after the first; other load on the machine shows in the median.
 """
 
 import sys
@@ -17,7 +17,7 @@ from hemline.motions.quaternions import from_axis_angle
 
 
 def milliseconds(call: Callable[[], object], repetitions: int) -> tuple[float, float]:
-    """Minimum and median time of a call [ms]."""
+    """Returns the minimum and the median time of a call [ms]."""
     call()
     times = []
     for _ in range(repetitions):
@@ -28,7 +28,7 @@ def milliseconds(call: Callable[[], object], repetitions: int) -> tuple[float, f
 
 
 def main() -> None:
-    """Print one line a stage."""
+    """Prints one line per stage."""
     body, rng = load("anny24"), np.random.default_rng(0)
     shaped = body.shaped([0.5, -1.0])
     pose = Pose(from_axis_angle(rng.normal(scale=0.4, size=(len(JOINT_NAMES), 3))), np.zeros(3))
@@ -45,13 +45,13 @@ def main() -> None:
         "pose and skin, dual quaternions": (lambda: shaped.posed(pose, blending="dual").vertices, 1000),
         "pose and skinned normals": (lambda: shaped.posed(pose).skinned_normals, 1000),
         "pose, skin and area-weighted normals": (lambda: shaped.posed(pose).normals, 1000),
-        "untangle a pose that overlaps": (lambda: untangle(shaped, tangled), 20),
-        "untangle one that does not": (lambda: untangle(shaped, pose), 20),
+        "untangle a pose with overlaps": (lambda: untangle(shaped, tangled), 20),
+        "untangle a pose without overlaps": (lambda: untangle(shaped, pose), 20),
         "count overlapping vertices": (lambda: overlapping(posed), 20),
     }
     for name, (call, repetitions) in stages.items():
-        least, median = milliseconds(call, repetitions)
-        sys.stdout.write(f"{name:40s} min {least:8.3f} ms   median {median:8.3f} ms\n")
+        minimum, median = milliseconds(call, repetitions)
+        sys.stdout.write(f"{name:40s} min {minimum:8.3f} ms   median {median:8.3f} ms\n")
 
 
 if __name__ == "__main__":

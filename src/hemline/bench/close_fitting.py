@@ -23,44 +23,44 @@ from hemline.playback import Player, crowd
 
 AGENTS = 100
 CROWD_FRAMES = 30
-RESHAPED = 50
-"""Bodies that a shape slider runs through."""
+RESHAPED_BODIES = 50
+"""Number of body shapes that a shape slider runs through."""
 PAPER_ANCHORS = 150
 
 
 def bench_tshirt() -> dict[str, Any]:
-    """The shipped T-shirt on the six excerpts, one core: a frame by stage, and a new shape of the body."""
-    return _one_agent(_shipped("tshirt-light"))
+    """Frame time of the shipped T-shirt by stage and time of a new body shape, on the six excerpts, one core."""
+    return _one_agent(_load("tshirt-light"))
 
 
 def bench_tshirt_paper_size() -> dict[str, Any]:
-    """As `bench_tshirt` with 12,414 vertices and 150 anchors: the shipped model interpolated, times and size alone."""
-    return _one_agent(_spread(_shipped("tshirt-light"), garments.load("tshirt"), PAPER_ANCHORS))
+    """Frame time and size of the shipped T-shirt interpolated to the paper's size (12,414 vertices, 150 anchors)."""
+    return _one_agent(_reinterpolate(_load("tshirt-light"), garments.load("tshirt"), PAPER_ANCHORS))
 
 
 def bench_crowd_tshirt() -> dict[str, Any]:
-    """A hundred people of different shapes and poses in one call, all cores; and what one who joins waits for.
+    """Time per agent of a hundred T-shirts on different shapes and poses in one call, all cores.
 
-    All in full, then all at a detail of a half.
+    Also measures how long a joining agent waits; first with full detail, then with half of the vertices.
     """
     from hemline.compiled import use_threads
 
     use_threads(None)
-    full = _crowded(1.0)
-    return {"agents": AGENTS} | full | {f"{name}_half": value for name, value in _crowded(0.5).items()}
+    full = _crowd_times(1.0)
+    return {"agents": AGENTS} | full | {f"{name}_half": value for name, value in _crowd_times(0.5).items()}
 
 
-def _crowded(detail: float) -> dict[str, float]:
-    """Times of a crowd whose garments are all of one level of detail [ms]."""
+def _crowd_times(detail: float) -> dict[str, float]:
+    """Returns the times of a crowd whose garments all have one level of detail [ms]."""
     clips = [motions.load(name) for name in motions.names()]
-    player = Player.prepare(_shipped("tshirt-light"), bodies.load("anny24").shaped(), detail=detail)
-    begun = [player.start(clip[0]) for clip in clips]
+    player = Player.prepare(_load("tshirt-light"), bodies.load("anny24").shaped(), detail=detail)
+    starts = [player.start(clip[0]) for clip in clips]
     joined, waited = [], []
     for number, betas in enumerate(_shapes(AGENTS)):
         began = time.perf_counter()
-        joined.append(player.reshaped(begun[number % len(clips)], player.body.body.shaped(betas)))
+        joined.append(player.reshape(starts[number % len(clips)], player.body.body.shaped(betas)))
         waited.append((time.perf_counter() - began) * 1e3)
-    players, states, spans = [each for each, _ in joined], [state for _, state in joined], []
+    players, states, spans = [player for player, _ in joined], [state for _, state in joined], []
     for frame in range(CROWD_FRAMES):
         poses = [clips[n % len(clips)][(frame + 7 * n) % len(clips[n % len(clips)])] for n in range(AGENTS)]
         began = time.perf_counter()
@@ -74,7 +74,7 @@ def _crowded(detail: float) -> dict[str, float]:
     }
 
 
-def _shipped(name: str) -> AnimatorAgentDress:
+def _load(name: str) -> AnimatorAgentDress:
     model = animators.load(name)
     assert isinstance(model, AnimatorAgentDress)
     return model
@@ -94,7 +94,7 @@ def _one_agent(model: AnimatorAgentDress) -> dict[str, Any]:
         for index in range(len(motion)):
             state, frame = player.step(state, motion[index], 1 / 30)
             frames.append(dict(frame.milliseconds))
-    before = frame_ms([{"body": each["body"], "animator": each["animator"]} for each in frames])
+    before = frame_ms([{"body": frame["body"], "animator": frame["animator"]} for frame in frames])
     return {
         "vertices": len(model.garment.vertices),
         "anchors": model.tables.shapes.pose_count,
@@ -102,12 +102,12 @@ def _one_agent(model: AnimatorAgentDress) -> dict[str, Any]:
         "model_mb": _model_mb(model),
         "frame_ms": frame_ms(frames),
         "before_the_projection_ms": {name: before[name] for name in ("median", "p95")},
-        "new_shape_ms": _new_shape_ms(player, [body.shaped(betas) for betas in _shapes(RESHAPED)]),
+        "new_shape_ms": _new_shape_ms(player, [body.shaped(betas) for betas in _shapes(RESHAPED_BODIES)]),
     }
 
 
 def _model_mb(model: AnimatorAgentDress) -> float:
-    """Of its file."""
+    """Returns the size of the model file [MB]."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "model.safetensors"
         model.save(path)
@@ -115,11 +115,11 @@ def _model_mb(model: AnimatorAgentDress) -> float:
 
 
 def _new_shape_ms(player: Player, shapes: Sequence[ShapedBody]) -> float:
-    """Of the garment alone, all anchors of it; the body itself is there [ms]."""
+    """Returns the median time to adapt all anchors of the garment to a new body shape, without the body itself [ms]."""
     state, spans = player.start(motions.load("run")[0]), []
     for shaped in shapes:
         began = time.perf_counter()
-        player.reshaped(state, shaped)
+        player.reshape(state, shaped)
         spans.append((time.perf_counter() - began) * 1e3)
     return float(np.median(spans))
 
@@ -128,33 +128,33 @@ def _shapes(count: int) -> list[np.ndarray]:
     return list(np.random.default_rng(0).uniform(-2, 2, size=(count, 4)).astype(np.float32))
 
 
-def _spread(model: AnimatorAgentDress, garment: Garment, anchors: int) -> AnimatorAgentDress:
-    """The model on a finer mesh of its garment: tables interpolated, anchors repeated in poses nearby."""
+def _reinterpolate(model: AnimatorAgentDress, garment: Garment, anchors: int) -> AnimatorAgentDress:
+    """Interpolates the tables of a model to a finer mesh, and repeats its anchors in nearby poses."""
     tables, random, body = model.tables, np.random.default_rng(0), bodies.load(model.body_name).shaped()
     closest = ClosestTree(model.garment.vertices.astype(np.float64), model.garment.faces).closest(garment.vertices)
     corners = model.garment.faces[closest.faces]
 
-    def fine(values: np.ndarray) -> np.ndarray:
-        """Of each vertex, from those of the coarser mesh."""
+    def interpolate(values: np.ndarray) -> np.ndarray:
+        """Interpolates values at the vertices of the coarse mesh to those of the fine mesh."""
         return np.einsum("vc,vc...->v...", closest.weights, values[corners].astype(np.float64)).astype(np.float32)
 
     binding = Binding.of(garment.vertices, garment.faces, body.posed(body.rest_pose))
-    of, basis = np.arange(anchors) % tables.shapes.pose_count, tables.basis
+    sources, basis = np.arange(anchors) % tables.shapes.pose_count, tables.basis
     turns = from_axis_angle(random.normal(scale=0.05, size=(anchors, tables.rotations.shape[1], 3)))
-    digits = np.rint(fine(basis.digits.reshape(-1, 3, basis.digits.shape[1]))).astype(np.int8)
-    spread = Tables(
+    digits = np.rint(interpolate(basis.digits.reshape(-1, 3, basis.digits.shape[1]))).astype(np.int8)
+    refined = Tables(
         indices=binding.indices,
         weights=binding.weights,
         nearest=binding.nearest,
-        regions=fine(tables.regions),
+        regions=interpolate(tables.regions),
         axes=tables.axes,
-        rotations=np.concatenate([multiply(tables.rotations[of], turns), tables.rotations]).astype(np.float32),
-        rest=garment.vertices + fine(tables.rest - model.garment.vertices),
-        rest_effects=np.stack([fine(each) for each in tables.rest_effects]),
-        offset=fine(tables.offset),
+        rotations=np.concatenate([multiply(tables.rotations[sources], turns), tables.rotations]).astype(np.float32),
+        rest=garment.vertices + interpolate(tables.rest - model.garment.vertices),
+        rest_effects=np.stack([interpolate(effect) for effect in tables.rest_effects]),
+        offset=interpolate(tables.offset),
         basis=PackedBasis(digits.reshape(-1, basis.digits.shape[1]), basis.scales, basis.modes),
-        pose_weights=np.concatenate([0.0 * tables.pose_weights[:, of], tables.pose_weights], axis=1),
-        shapes=tables.shapes.repeated(of),
-        clearances=fine(tables.clearances),
+        pose_weights=np.concatenate([0.0 * tables.pose_weights[:, sources], tables.pose_weights], axis=1),
+        shapes=tables.shapes.repeated(sources),
+        clearances=interpolate(tables.clearances),
     )
-    return replace(model, garment=garment, tables=spread)
+    return replace(model, garment=garment, tables=refined)

@@ -1,4 +1,4 @@
-"""Benchmarks of levels of detail: what each costs and loses, and a hundred capes in one call."""
+"""Benchmarks of levels of detail: cost and error of each level, and a hundred capes in one call."""
 
 import time
 from collections import Counter
@@ -16,15 +16,15 @@ from hemline.playback import Frame, Player, PlayerState, crowd, detail_for
 from hemline.playback.detail import DETAILS
 
 CAPES = 100
-NEAR, FAR = 2.0, 40.0
-"""Distances of the crowd to the camera [m]."""
+NEAREST_CAPE, FARTHEST_CAPE = 2.0, 40.0
+"""Distances of the crowd from the camera [m]."""
 CROWD_FRAMES = 60
-MEASURED_EVERY = 5
-"""Frames from one test of what is inside to the next."""
+INSIDE_STRIDE = 5
+"""Number of frames between two inside tests."""
 
 
 def bench_detail_cape() -> dict[str, Any]:
-    """The shipped cape at each level of detail, six excerpts, one core: ms by stage, and what is lost."""
+    """Frame time by stage and error of the shipped cape at each level of detail, on the six excerpts, one core."""
     from hemline.compiled import use_threads
 
     use_threads(1)
@@ -34,21 +34,22 @@ def bench_detail_cape() -> dict[str, Any]:
         motion = motions.load(name)
         full: list[Frame] = []
         for detail, player in players.items():
-            frames = _played(player, motion)
+            frames = _play(player, motion)
             full = full or frames
             _measure(player, frames, full, rows[detail])
     return {f"detail {detail}": _figures(player, rows[detail]) for detail, player in players.items()}
 
 
 def bench_crowd_cape() -> dict[str, Any]:
-    """A hundred capes in one call, all cores: in full, at each level, and at levels by distances of 2 to 40 m."""
+    """Time per cape of a hundred capes in one call, all cores, at each level and at levels by distance (2 to 40 m)."""
     from hemline.compiled import use_threads
 
     use_threads(None)
     players = _players(bodies.load(animators.load("cape").body_name).shaped())
     errors = {detail: player.error for detail, player in players.items()}
-    # evenly over the ground that a camera sees
-    distances = np.sqrt(NEAR**2 + (np.arange(CAPES) + 0.5) / CAPES * (FAR**2 - NEAR**2))
+    # an even density over the ground in view
+    near, far = NEAREST_CAPE, FARTHEST_CAPE
+    distances = np.sqrt(near**2 + (np.arange(CAPES) + 0.5) / CAPES * (far**2 - near**2))
     chosen = [detail_for(float(distance), errors) for distance in distances]
     counts = Counter(chosen)
     return {f"detail {detail}": _crowd_ms([player] * CAPES) for detail, player in players.items()} | {
@@ -58,7 +59,7 @@ def bench_crowd_cape() -> dict[str, Any]:
 
 
 def _players(body: ShapedBody) -> dict[float, Player]:
-    """A player of each level, compiled."""
+    """Returns a compiled player of each level."""
     cape, motion = animators.load("cape"), motions.load("run")
     players = {detail: Player.prepare(cape, body, detail=detail) for detail in DETAILS}
     for player in players.values():
@@ -66,7 +67,7 @@ def _players(body: ShapedBody) -> dict[float, Player]:
     return players
 
 
-def _played(player: Player, motion: motions.Motion) -> list[Frame]:
+def _play(player: Player, motion: motions.Motion) -> list[Frame]:
     state, frames = player.start(motion[0]), []
     for index in range(len(motion)):
         state, frame = player.step(state, motion[index], 1 / 30)
@@ -75,7 +76,7 @@ def _played(player: Player, motion: motions.Motion) -> list[Frame]:
 
 
 def _measure(player: Player, frames: list[Frame], full: list[Frame], row: dict[str, list[Any]]) -> None:
-    """Add what a clip brings to the figures of a level."""
+    """Adds the measurements of a clip to those of a level."""
     garment, kept = player.garment, getattr(player.animator, "kept", slice(None))
     edges, lengths = rest_lengths(garment.faces, garment.rest_edges)
     counted = ~np.isin(edges, garment.pins.vertices).all(axis=1)
@@ -84,7 +85,7 @@ def _measure(player: Player, frames: list[Frame], full: list[Frame], row: dict[s
         row.setdefault("error", []).append(metrics.vertex_errors_mm(frame.vertices, whole.vertices[kept]).mean())
         stretch = metrics.stretch_percent(frame.vertices, edges[counted], lengths[counted])
         row.setdefault("stretch", []).append(stretch[0])
-        if number % MEASURED_EVERY == 0:
+        if number % INSIDE_STRIDE == 0:
             skin, faces = frame.body.vertices, frame.body.faces
             within = inside(skin, faces, frame.vertices)
             within[frame.report.pinched] = False
@@ -107,16 +108,16 @@ def _figures(player: Player, row: dict[str, list[Any]]) -> dict[str, Any]:
 
 
 def _crowd_ms(players: Sequence[Player]) -> dict[str, float]:
-    """Milliseconds a cape, of calls that step all, and how many cores were had: the bodies move as in the excerpts."""
+    """Returns the time per cape [ms] and the number of cores used, with bodies that move as in the excerpts."""
     clips = [motions.load(name) for name in motions.names()]
-    begun: dict[tuple[int, int], PlayerState] = {}
+    starts: dict[tuple[int, int], PlayerState] = {}
     states = []
     for number, player in enumerate(players):
-        at = (id(player), number % len(clips))
-        if at not in begun:
-            begun[at] = player.start(clips[at[1]][0])
-        states.append(begun[at])
-    spans, worked, whole = [], time.process_time(), time.perf_counter()
+        key = (id(player), number % len(clips))
+        if key not in starts:
+            starts[key] = player.start(clips[key[1]][0])
+        states.append(starts[key])
+    spans, worked, began_all = [], time.process_time(), time.perf_counter()
     for frame in range(CROWD_FRAMES):
         poses = [clips[n % len(clips)][frame % len(clips[n % len(clips)])] for n in range(len(players))]
         began = time.perf_counter()
@@ -125,5 +126,5 @@ def _crowd_ms(players: Sequence[Player]) -> dict[str, float]:
     return {
         "cape_ms": float(np.median(spans)),
         "cape_ms_p95": float(np.percentile(spans, 95)),
-        "cores_used": (time.process_time() - worked) / (time.perf_counter() - whole),
+        "cores_used": (time.process_time() - worked) / (time.perf_counter() - began_all),
     }

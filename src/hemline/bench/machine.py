@@ -1,4 +1,4 @@
-"""Which machine, and which state of the code, a figure was measured on."""
+"""Describes the machine and the commit that a figure was measured on."""
 
 import os
 import platform
@@ -9,22 +9,22 @@ from hemline.version import VERSION
 
 
 def machine() -> str:
-    """Processor, cores, operating system, Python."""
+    """Returns the processor, number of cores, operating system and Python version."""
     model = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
     if info.exists():
-        named = [
+        names = [
             line.split(":", 1)[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")
         ]
-        model = named[0] if named else model
+        model = names[0] if names else model
     return f"{model}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
 
 
 def commit() -> str:
-    """The commit of this checkout, or the version where it is none."""
+    """Returns the commit of this checkout, or the version of hemline outside a checkout."""
     here = Path(__file__).parent
     try:
-        asked = ["git", "-C", str(here), "rev-parse", "--short", "HEAD"]
-        return subprocess.run(asked, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+        command = ["git", "-C", str(here), "rev-parse", "--short", "HEAD"]
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
     except (OSError, subprocess.SubprocessError):
         return VERSION

@@ -1,4 +1,4 @@
-"""Benchmarks of the final projection by stage, on the shipped cape and on invented garments."""
+"""Benchmarks of the final projection by stage, on the shipped cape and on synthetic garments."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -14,49 +14,56 @@ from hemline.collide.projection.project_frame import ProjectedFrame
 from hemline.metrics import frame_ms
 from hemline.playback.play import play
 
-STAGES = {"uncertified": "certify", "displaced": "displace", "tested": "test", "led_out": "lead_out"}
-"""Stages of a frame by method; `frame` is what comes before them, `write_back` what comes after."""
+STAGES = {
+    "vertices_near_skin": "certify",
+    "displace_vertices": "displace",
+    "find_blocked": "test",
+    "lead_out": "lead_out",
+}
+"""Stage names by method of `ProjectedFrame`; the stage `frame` precedes them and `write_back` follows them."""
 UPPER = [
     joint
     for joint, name in enumerate(motions.JOINT_NAMES)
     if name.startswith("spine") or name.endswith(("collar", "shoulder"))
 ]
-"""Joints under a shirt."""
-Carried = Callable[[PosedBody, float], Vertices]
+"""Joints of the body part that a shirt covers."""
+Garment = Callable[[PosedBody, float], Vertices]
+"""Positions of a synthetic garment, given the posed body and the time [s]."""
 
 
 def bench_projection_cape() -> dict[str, Any]:
-    """Body skinning and exact projection of the shipped cape by its own ropes, on the six excerpts, one core."""
+    """Body skinning and projection of the shipped cape on the six excerpts, one core."""
     cape = animators.load("cape")
     body = bodies.load(cape.body_name).shaped()
     clips = [
-        [(frame.body.pose, frame.held) for frame in play(cape, body, motions.load(name))] for name in motions.names()
+        [(frame.body.pose, frame.before_projection) for frame in play(cape, body, motions.load(name))]
+        for name in motions.names()
     ]
-    return _timed(body, cape.garment.vertices, clips)
+    return _projection_times(body, cape.garment.vertices, clips)
 
 
 def bench_projection_sheet() -> dict[str, Any]:
-    """The same of a cape that the chest carries stiffly while it sways (12,690 vertices): a loose garment."""
+    """Body skinning and projection of a cape (12,690 vertices) that sways, carried by the chest, one core."""
     cape = garments.load("cape")
     low, across = cape.vertices[:, 1].max() - cape.vertices[:, 1], cape.vertices[:, 0]
-    return _invented(cape.vertices, 9, lambda seconds: 0.05 * low * np.sin(5 * seconds + 5 * across))
+    return _swaying_garment(cape.vertices, 9, lambda seconds: 0.05 * low * np.sin(5 * seconds + 5 * across))
 
 
 def bench_projection_skirt() -> dict[str, Any]:
-    """The same of a wide skirt that the pelvis carries stiffly while it sways (18,546 vertices)."""
+    """Body skinning and projection of a skirt (18,546 vertices) that sways, carried by the pelvis, one core."""
     body = bodies.load().shaped()
     turn, down = np.meshgrid(np.linspace(0, 2 * np.pi, 281, endpoint=False), np.linspace(0, 0.6, 66))
     wide = 0.02 + 0.3 * down
     x, z = (0.17 + wide) * np.cos(turn), (0.14 + wide) * np.sin(turn)
     rest = body.joints[0] + np.stack([x, 0.05 - down, z], axis=-1).reshape(-1, 3)
-    return _invented(rest, 0, lambda seconds: (0.1 * down * np.sin(5 * seconds + 2 * turn)).reshape(-1))
+    return _swaying_garment(rest, 0, lambda seconds: (0.1 * down * np.sin(5 * seconds + 2 * turn)).reshape(-1))
 
 
 def bench_projection_shirt() -> dict[str, Any]:
-    """The same of a shirt that rides on trunk and arms, 3 mm over the skin and down to 6 mm below (12,000 vertices)."""
+    """Body skinning and projection of a shirt (12,000 vertices) on the skin, 3 mm above to 6 mm below, one core."""
     body, random = bodies.load().shaped(), np.random.default_rng(0)
-    worn = np.isin(body.body.weight_indices[np.arange(len(body.vertices)), body.body.weights.argmax(axis=1)], UPPER)
-    faces = body.body.faces[worn[body.body.faces].all(axis=1)]
+    covered = np.isin(body.body.weight_indices[np.arange(len(body.vertices)), body.body.weights.argmax(axis=1)], UPPER)
+    faces = body.body.faces[covered[body.body.faces].all(axis=1)]
     corners, weights = faces[random.integers(0, len(faces), 12_000)], random.dirichlet([1, 1, 1], 12_000)
     waves, phase = random.normal(size=(3, 16)) * 2 * np.pi / 0.3, random.uniform(2, 9, 16)
 
@@ -69,14 +76,14 @@ def bench_projection_shirt() -> dict[str, Any]:
     rest = on_skin(body.posed(body.rest_pose), np.zeros(12_000))
     swing = rest @ waves
 
-    def carried(posed: PosedBody, seconds: float) -> Vertices:
+    def garment(posed: PosedBody, seconds: float) -> Vertices:
         return on_skin(posed, 0.003 + 0.005 * np.sin(swing + phase * seconds).sum(axis=1) / np.sqrt(8))
 
-    return _timed(body, rest, _clips(body, carried))
+    return _projection_times(body, rest, _clips(body, garment))
 
 
 class _TimedFrame(ProjectedFrame):
-    """A frame of the projection that notes when each of its stages begins and ends."""
+    """Frame of the projection that records the time of each of its stages [ms]."""
 
     def __init__(self, *arguments: Any):
         self.spans: dict[str, float] = {}
@@ -85,38 +92,38 @@ class _TimedFrame(ProjectedFrame):
         self.spans["frame"] = (time.perf_counter() - began) * 1e3
 
     def __getattribute__(self, name: str) -> Any:
-        found = super().__getattribute__(name)
+        value = super().__getattribute__(name)
         if name not in STAGES:
-            return found
+            return value
 
-        def noted(*arguments: Any) -> Any:
+        def timed(*arguments: Any) -> Any:
             began = time.perf_counter()
-            result = found(*arguments)
+            result = value(*arguments)
             self.spans[STAGES[name]] = (time.perf_counter() - began) * 1e3
             return result
 
-        return noted
+        return timed
 
 
-def _invented(rest: np.ndarray, joint: int, sway: Callable[[float], np.ndarray]) -> dict[str, Any]:
-    """A garment that one joint carries, swaying forward and back."""
+def _swaying_garment(rest: np.ndarray, joint: int, sway: Callable[[float], np.ndarray]) -> dict[str, Any]:
+    """Times a garment that moves rigidly with one joint and sways forward and back."""
     body = bodies.load().shaped()
 
-    def carried(posed: PosedBody, seconds: float) -> Vertices:
+    def garment(posed: PosedBody, seconds: float) -> Vertices:
         local = rest + sway(seconds)[:, None] * [0, 0, 1]
         return (local @ posed.transforms[joint, :, :3].T + posed.transforms[joint, :, 3]).astype(np.float32)
 
-    return _timed(body, rest.astype(np.float32), _clips(body, carried))
+    return _projection_times(body, rest.astype(np.float32), _clips(body, garment))
 
 
-def _clips(body: ShapedBody, carried: Carried) -> Iterator[list[tuple[Any, Vertices]]]:
+def _clips(body: ShapedBody, garment: Garment) -> Iterator[list[tuple[Any, Vertices]]]:
     for name in motions.names():
-        motion = body.placed(motions.load(name)).resampled(30)
-        yield [(motion[i], carried(body.posed(motion[i]), i / 30)) for i in range(len(motion))]
+        motion = body.placed(motions.load(name)).resample(30)
+        yield [(motion[i], garment(body.posed(motion[i]), i / 30)) for i in range(len(motion))]
 
 
-def _timed(body: ShapedBody, rest: Vertices, clips: Any) -> dict[str, Any]:
-    """Milliseconds by stage over clips of poses and vertices, and what there was to do."""
+def _projection_times(body: ShapedBody, rest: Vertices, clips: Any) -> dict[str, Any]:
+    """Returns the times by stage [ms] over clips of poses and vertices, and the amount of work."""
     from hemline.compiled import use_threads
 
     use_threads(1)

@@ -1,4 +1,4 @@
-"""Benchmarks of the simulator's statics: settling on a neighbouring shape, and the derivatives there."""
+"""Benchmarks of the simulator at rest: settling on a nearby body shape, and derivatives by the pose."""
 
 import time
 from typing import Any
@@ -14,50 +14,50 @@ from hemline.garments.rest_metric import rest_edges_of_mesh
 from hemline.sim import Rest, Sensitivities, settle
 
 NEIGHBOUR = (0.0, 0.3)
-"""Betas of the shape next to the mean one."""
+"""Betas of a shape near the mean one."""
 
-OFF = 0.01
-"""How far the invented shirt is off the skin [m]."""
+SHIRT_OFFSET = 0.01
+"""Distance of the synthetic shirt from the skin [m]."""
 
 COVERED = ("pelvis", "spine", "collar", "shoulder")
-"""Parts of the names of the joints under it."""
+"""Words in the names of the joints under the shirt."""
 
 
 def bench_settle() -> dict[str, Any]:
-    """The light cape (about 4,000 vertices), and an invented shirt, settled on a neighbouring shape, all cores."""
+    """Time to settle the light cape (about 4,000 vertices) and a synthetic shirt on a nearby body shape, all cores."""
     from hemline.compiled import use_threads
 
     use_threads(None)
     body = bodies.load()
     return {
-        name: _settled(garment, body.shaped(), body.shaped(NEIGHBOUR))
+        name: _settle_figures(garment, body.shaped(), body.shaped(NEIGHBOUR))
         for name, garment in (("cape", garments.load("cape-light")), ("shirt", make_shirt(body.shaped())))
     }
 
 
 def bench_sensitivity() -> dict[str, Any]:
-    """Change of the light cape and of an invented shirt by all 72 turns of joints, beside the cost of settling."""
+    """Time of the derivatives of the light cape and a synthetic shirt by all 72 joint rotations, all cores."""
     from hemline.compiled import use_threads
 
     use_threads(None)
     body = bodies.load()
     return {
-        name: _derived(garment, body.shaped(), body.shaped(NEIGHBOUR))
+        name: _derivative_figures(garment, body.shaped(), body.shaped(NEIGHBOUR))
         for name, garment in (("cape", garments.load("cape-light")), ("shirt", make_shirt(body.shaped())))
     }
 
 
 def make_shirt(shaped: ShapedBody) -> Garment:
-    """A shirt of cotton, without pins: the skin of trunk and upper arms, 1 cm off.
+    """Makes a cotton shirt without pins from the skin of trunk and upper arms, offset by 1 cm.
 
     Args:
-        shaped: The body to wear it; about 2,000 vertices on the shipped one.
+        shaped: The body; on the shipped one the shirt has about 2,000 vertices.
     """
     body = shaped.body
     heaviest = body.weight_indices[np.arange(len(shaped.vertices)), body.weights.argmax(axis=1)]
     under = np.array([any(part in name for part in COVERED) for name in motions.JOINT_NAMES])
     used, faces = np.unique(body.faces[under[heaviest][body.faces].all(axis=1)], return_inverse=True)
-    vertices = (shaped.vertices + OFF * shaped.normals)[used].astype(np.float32)
+    vertices = (shaped.vertices + SHIRT_OFFSET * shaped.normals)[used].astype(np.float32)
     faces = faces.reshape(-1, 3).astype(np.int32)
     none = np.zeros(0, np.int32)
     return Garment(
@@ -73,16 +73,16 @@ def make_shirt(shaped: ShapedBody) -> Garment:
     )
 
 
-def _timed_settle(garment: Garment, shaped: ShapedBody, start: Rest | None) -> tuple[Rest, float]:
+def _settle(garment: Garment, shaped: ShapedBody, start: Rest | None) -> tuple[Rest, float]:
     began = time.perf_counter()
     rest = settle(garment, shaped, start=start)
     return rest, time.perf_counter() - began
 
 
-def _settled(garment: Garment, first: ShapedBody, second: ShapedBody) -> dict[str, Any]:
-    start, from_nothing = _timed_settle(garment, first, None)
-    _timed_settle(garment, second, start)  # compiles what the first one did not need
-    rest, seconds = _timed_settle(garment, second, start)
+def _settle_figures(garment: Garment, first: ShapedBody, second: ShapedBody) -> dict[str, Any]:
+    start, from_nothing = _settle(garment, first, None)
+    _settle(garment, second, start)  # compiles what the first one did not need
+    rest, seconds = _settle(garment, second, start)
     return {
         "vertices": len(rest.positions),
         "seconds": seconds,
@@ -94,10 +94,10 @@ def _settled(garment: Garment, first: ShapedBody, second: ShapedBody) -> dict[st
     }
 
 
-def _derived(garment: Garment, first: ShapedBody, second: ShapedBody) -> dict[str, Any]:
-    start, _ = _timed_settle(garment, first, None)
+def _derivative_figures(garment: Garment, first: ShapedBody, second: ShapedBody) -> dict[str, Any]:
+    start, _ = _settle(garment, first, None)
     Sensitivities(start).turn(0, np.eye(3)[0])  # compiles
-    rest, seconds = _timed_settle(garment, second, start)
+    rest, seconds = _settle(garment, second, start)
     began = time.perf_counter()
     derivatives = Sensitivities(rest)
     derivatives.turn(0, np.eye(3)[0])

@@ -1,4 +1,4 @@
-"""Body models: shape and pose to joints, skin and mesh."""
+"""Body models, which turn shape and pose into joints, skin and mesh."""
 
 import difflib
 import functools
@@ -32,22 +32,22 @@ _SHIPPED = {"anny24": Path(__file__).parents[1] / "models" / "anny24.safetensors
 
 
 def names() -> tuple[str, ...]:
-    """Bodies that ship."""
+    """Returns the names of the bodies that ship."""
     return tuple(_SHIPPED)
 
 
 @functools.cache
 def load(name: str = "anny24") -> Body:
-    """A body that ships, or one from a file, read once.
+    """Returns a body that ships, or one from a file. Each is read once and cached.
 
-    A body from a file is called as it was asked for, so that a garment or model made on it finds it again from the
+    The name of a body from a file is the path as given, so that garments and models made on it find it again from the
     same folder.
 
     Args:
         name: One of `names()`, or the path of a file that `read` reads.
 
     Raises:
-        BadBody: No such body, or as `read`.
+        BadBody: There is no such body, or its file cannot be read.
     """
     if Path(name).suffix.lower() in _ENDINGS:
         return replace(read(name), name=str(name))
@@ -62,17 +62,17 @@ def load(name: str = "anny24") -> Body:
 
 
 def read(path: str | Path) -> Body:
-    """Read a body file: hemline's own `.safetensors`, a rigged character, or SMPL, SMPL-H, SMPL-X as `.pkl` or `.npz`.
+    """Reads a body file: hemline's own `.safetensors`, a rigged character, or SMPL, SMPL-H, SMPL-X as `.pkl` or `.npz`.
 
-    What is kept of the latter, and how pickles are read without being executed, is said in `smpl.read_smpl`; what a
-    body of a `.glb`, `.vrm` or `.gltf` is, in `read_character`, which also says what was found in it.
+    `smpl.read_smpl` documents what is kept of SMPL files, and how pickles are read without being executed.
+    `read_character` documents how a `.glb`, `.vrm` or `.gltf` becomes a body, and also returns what was found in it.
 
     Args:
         path: The file.
 
     Raises:
-        BadBody: Missing, truncated, of another kind or a future version, its content contradicts itself, or a pickle
-            asks for anything but arrays.
+        BadBody: The file is missing, truncated, of another kind or a future version, its content contradicts itself,
+            or a pickle asks for anything but arrays.
     """
     ending = Path(path).suffix.lower()
     if ending in CHARACTERS:
@@ -81,7 +81,7 @@ def read(path: str | Path) -> Body:
 
 
 def write(path: str | Path, body: Body) -> None:
-    """Write a body file, whole or not at all.
+    """Writes a body file, whole or not at all.
 
     Args:
         path: The file, `.safetensors`.

@@ -1,4 +1,4 @@
-"""The mesh that the shipped body was made from, with the vertices that its skin leaves out: `hm08` of MakeHuman.
+"""The mesh from which the shipped body was made, with the vertices that its skin omits: `hm08` of MakeHuman.
 
 Clothes made for MakeHuman are bound to vertices of that mesh, most of them to helpers: a suit of tights and a skirt
 around the body, which change with its shape as the skin does.
@@ -24,26 +24,26 @@ _CURE = "make it again with: python -m hemline.models.make.base_mesh"
 
 @dataclass(frozen=True, eq=False)
 class BaseMesh:
-    """A mesh whose vertices are those of a body and some more, the helpers, that follow the same betas.
+    """A mesh that consists of a body and more vertices, the helpers, that follow the same betas.
 
     Raises:
         BadBody: The arrays contradict each other.
     """
 
     name: str
-    """What it is called, such as `hm08`."""
+    """Name of the mesh, such as `hm08`."""
     body_name: str
-    """The body that is a part of it."""
+    """Name of the body that is a part of the mesh."""
     body_hash: str
-    """Hash of that body."""
+    """Hash of this body."""
     body_vertices: Int[np.ndarray, " verts"]
     """Number in this mesh of each vertex of the body."""
     helper_vertices: Int[np.ndarray, " helpers"]
     """Number in this mesh of each helper."""
     template: Float[np.ndarray, "helpers 3"]
-    """Helpers at rest of the mean shape, the pelvis at the origin [m]."""
+    """Positions of the helpers at rest in the mean shape, the pelvis at the origin [m]."""
     shapedirs: Float[np.ndarray, "betas helpers 3"]
-    """Their change by one standard deviation of each beta [m]."""
+    """Displacement of the helpers by one standard deviation of each beta [m]."""
     licence: str
     """Terms of the data."""
 
@@ -60,13 +60,13 @@ class BaseMesh:
         return len(self.body_vertices) + len(self.helper_vertices)
 
     def on(self, shaped: ShapedBody) -> Vertices:
-        """All its vertices at rest on a shape of its body, in the order of the mesh, float64 [m].
+        """Returns all vertices at rest on a shape of the body, in the order of the mesh, float64 [m].
 
         Args:
             shaped: The body.
 
         Raises:
-            BadBody: Another body, or another version of it.
+            BadBody: It is another body, or another version of it.
         """
         if shaped.body.hash != self.body_hash:
             what, cure = (
@@ -83,7 +83,7 @@ class BaseMesh:
 
 @functools.cache
 def base_mesh(name: str = "hm08") -> BaseMesh:
-    """A base mesh that ships, read once.
+    """Returns a base mesh that ships; it is read once and cached.
 
     Args:
         name: `hm08`, MakeHuman's mesh of 19,158 vertices.
@@ -97,7 +97,7 @@ def base_mesh(name: str = "hm08") -> BaseMesh:
 
 
 def write_base_mesh(path: str | Path, base: BaseMesh) -> None:
-    """Write a base mesh; shapedirs as int16 with one scale a beta, as those of bodies.
+    """Writes a base mesh, with shapedirs as int16 and one scale per beta, like those of bodies.
 
     Raises:
         BadOutput: The path cannot be written.
@@ -112,10 +112,11 @@ def write_base_mesh(path: str | Path, base: BaseMesh) -> None:
 
 
 def read_base_mesh(path: str | Path) -> BaseMesh:
-    """Read a base mesh that `write_base_mesh` wrote.
+    """Reads a base mesh that `write_base_mesh` wrote.
 
     Raises:
-        BadBody: Missing, truncated, a pickle, of another kind or a future version, or its content contradicts itself.
+        BadBody: The file is missing, truncated, a pickle, of another kind or a future version, or its content
+            contradicts itself.
     """
     arrays, metadata = read_tensors(path, "base mesh", error=BadBody)
     if missing := sorted(_ARRAYS - arrays.keys()):

@@ -1,6 +1,6 @@
-"""A body in its three states: the model, with a shape, and in a pose. Each makes the next and knows the one before.
+"""A body in its three states: as a model, with a shape, and in a pose. Each makes the next.
 
-Their arrays and arithmetic stand in `model`, `shape`, `skinning`, `place` and `untangling`.
+Arrays and arithmetic are in `model`, `shape`, `skinning`, `place` and `untangling`.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from hemline.bodies.untangling.untangling import untangle, untangle_motion
 from hemline.motions import Motion, Pose
 
 from .model import BodyModel
-from .place import placed
+from .place import place_motion
 from .pose_offsets import pose_offsets
 from .shape import BodyShape
 from .skinning import Blending, skin_points
@@ -25,25 +25,25 @@ class Body(BodyModel):
     """A skinned mesh on the 24-joint skeleton, linear in its shape coefficients; `BodyModel` lists its arrays."""
 
     def shaped(self, betas: Betas | tuple[float, ...] | list[float] = ()) -> "ShapedBody":
-        """This body at given shape coefficients, ready to be posed.
+        """Returns this body with given shape coefficients, ready to be posed.
 
         Args:
-            betas: In standard deviations; the rest are 0 where too few are given. The first one is stature.
+            betas: Shape coefficients in standard deviations; missing ones are 0. The first one is stature.
 
         Raises:
-            BadBody: More betas than the body has, NaN, or not a list of numbers.
+            BadBody: There are more betas than the body has, NaN among them, or they are no list of numbers.
         """
         return ShapedBody.of(self, betas)
 
 
 @dataclass(frozen=True, eq=False)
 class ShapedBody(BodyShape):
-    """A body that has a shape; `BodyShape` lists its arrays."""
+    """A body with a shape; `BodyShape` lists its arrays."""
 
     body: Body
 
     def posed(self, pose: Pose, *, blending: Blending = "linear") -> "PosedBody":
-        """This body in a pose; the mesh is skinned when it is first asked for.
+        """Returns this body in a pose; the mesh is skinned when it is first used.
 
         Args:
             pose: The pose.
@@ -53,30 +53,30 @@ class ShapedBody(BodyShape):
         return PosedBody(self, pose, transforms[0], joints[0], blending)
 
     def placed(self, motion: Motion) -> Motion:
-        """The motion with its root scaled to this body's legs and its soles on the floor; see `place.placed`."""
-        return placed(self, motion)
+        """Returns a motion scaled to this body's legs, with its soles on the floor, see `place.place_motion`."""
+        return place_motion(self, motion)
 
-    def untangled(self, pose: Pose) -> Pose:
-        """The pose with limbs lifted out of each other; see `untangling.untangle`, which also says by how much."""
+    def untangle(self, pose: Pose) -> Pose:
+        """Returns a pose with limbs lifted out of each other; `untangling.untangle` also tells by how much."""
         return untangle(self, pose).pose
 
-    def untangled_motion(self, motion: Motion) -> Motion:
-        """The motion with limbs lifted out of each other; see `untangling.untangle_motion`."""
+    def untangle_motion(self, motion: Motion) -> Motion:
+        """Returns a motion with limbs lifted out of each other, see `untangling.untangle_motion`."""
         return untangle_motion(self, motion).motion
 
 
 @dataclass(frozen=True, eq=False)
 class PosedBody:
-    """A body that has a shape and a pose.
+    """A body with a shape and a pose.
 
     Attributes:
         shaped: The body at its betas.
         pose: The pose.
         transforms: Skin transforms [G_j O_j | x_j - G_j O_j J_j], from rest to world.
         joints: Joints in the world [m].
-        blending: How the skin follows: `linear` or `dual`.
-        origin: Place in the world that all positions are counted from [m]; not zero only where a `Player` plays a body
-            that is far away.
+        blending: Blending of transforms for the skin: `linear` or `dual`.
+        origin: Place in the world relative to which all positions are given [m]. It is zero unless a `Player` plays a
+            body that is far away.
     """
 
     shaped: ShapedBody
@@ -93,7 +93,7 @@ class PosedBody:
 
     @property
     def rest_vertices(self) -> Vertices:
-        """The mesh at rest that the skin follows from: that of the shape, and its pose-dependent offsets if any [m]."""
+        """The mesh at rest that is skinned: that of the shape plus pose-dependent offsets, if any [m]."""
         posedirs = self.shaped.body.posedirs
         if posedirs is None:
             return self.shaped.vertices
@@ -109,14 +109,14 @@ class PosedBody:
 
     @cached_property
     def normals(self) -> Normals:
-        """Normals of the posed mesh, weighted by area: what the triangles truly say."""
+        """Exact normals of the posed mesh, weighted by area."""
         normals = np.empty_like(self.vertices)
         area_normals(self.vertices, self.faces, normals)
         return normals
 
     @cached_property
     def skinned_normals(self) -> Normals:
-        """Rest normals turned with the joints: cheaper, without the vertices, and smooth where the skin creases.
+        """Rest normals turned with the joints: cheaper, as they need no vertices, and smooth where the skin creases.
 
         Pose-dependent offsets do not change them.
         """

@@ -1,4 +1,4 @@
-"""Bodies on disk: our own safetensors container. `docs/format.md` specifies it."""
+"""Reads and writes bodies in hemline's own safetensors container, which `docs/format.md` specifies."""
 
 from pathlib import Path
 
@@ -15,9 +15,10 @@ _SHAPEDIRS_MAX = 32767
 
 
 def write_body(path: str | Path, body: Body) -> None:
-    """Write a body; shapedirs as int16 with one scale a beta (rounded by at most 1/65534 of their largest value).
+    """Writes a body, with shapedirs as int16 and one scale per beta.
 
-    Pose-dependent offsets too, one scale for each of their features.
+    This rounds them by at most 1/65534 of their largest value. Pose-dependent offsets are written in the same way, with
+    one scale per feature.
 
     Args:
         path: The file, `.safetensors`.
@@ -38,13 +39,14 @@ def write_body(path: str | Path, body: Body) -> None:
 
 
 def read_body(path: str | Path) -> Body:
-    """Read a body that `write_body` wrote.
+    """Reads a body that `write_body` wrote.
 
     Args:
         path: The file.
 
     Raises:
-        BadBody: Missing, truncated, a pickle, of another kind or a future version, or its content contradicts itself.
+        BadBody: The file is missing, truncated, a pickle, of another kind or a future version, or its content
+            contradicts itself.
     """
     arrays, metadata = read_tensors(path, "body", error=BadBody)
     needed = {*_FLOATS, "shapedirs", "shapedirs_scales", "faces", "weight_indices", "parents"}
@@ -61,7 +63,7 @@ def read_body(path: str | Path) -> Body:
 
 
 def shapedirs_in_steps(shapedirs: Float[np.ndarray, "betas verts 3"]) -> dict[str, np.ndarray]:
-    """Shapedirs as files hold them: int16 `shapedirs` and the metres of a step, `shapedirs_scales`, one a beta."""
+    """Encodes shapedirs for files: int16 `shapedirs`, and the size of a step of each beta, `shapedirs_scales` [m]."""
     largest = np.abs(shapedirs).max(axis=(1, 2), initial=0.0)
     scales = np.where(largest > 0, largest / _SHAPEDIRS_MAX, 1.0).astype(np.float32)
     return {"shapedirs": np.rint(shapedirs / scales[:, None, None]).astype(np.int16), "shapedirs_scales": scales}
@@ -70,10 +72,10 @@ def shapedirs_in_steps(shapedirs: Float[np.ndarray, "betas verts 3"]) -> dict[st
 def shapedirs_of_steps(
     steps: np.ndarray, scales: np.ndarray, path: str | Path, *, name: str = "shapedirs"
 ) -> Float[np.ndarray, "betas verts 3"]:
-    """Shapedirs (or posedirs, as `name` says) that a file holds in steps [m].
+    """Decodes shapedirs, or the posedirs that `name` names, from steps [m].
 
     Raises:
-        BadBody: The steps are no int16, or there is not one scale for each beta.
+        BadBody: The steps are not int16, or there is not one scale for each beta.
     """
     if scales.shape != steps.shape[:1] or steps.dtype != np.int16:
         got = f"{steps.dtype} {steps.shape} and {scales.shape}"

@@ -1,4 +1,4 @@
-"""A body of fewer vertices that holds most of the full one: what cloth that is far from the camera is kept out of."""
+"""Reduces a body to fewer vertices that enclose most of it, for cloth that is far from the camera."""
 
 import functools
 from dataclasses import replace
@@ -6,27 +6,27 @@ from dataclasses import replace
 import numpy as np
 
 from hemline.errors import BadInput
-from hemline.meshes import ClosestTree, CoarserMesh, coarser, vertex_normals
+from hemline.meshes import ClosestTree, CoarseMesh, coarsen, vertex_normals
 
 from .body import Body, ShapedBody
 
 EVENNESS = 1e-4
-"""How much even edges count beside the shape, see `meshes.coarser`."""
+"""Weight of even edges relative to the shape, see `meshes.coarser`."""
 
 
 @functools.lru_cache(maxsize=32)
 def coarser_body(shaped: ShapedBody, share: float) -> ShapedBody:
-    """The body with some of its vertices, each moved outward by as much as the skin next to it stands out.
+    """Reduces a body to some of its vertices, each moved outward until the skin around it is enclosed.
 
-    It moves as the full body does: joints, weights and pose-dependent offsets of what is left are the same.
+    It moves as the full body does: joints, weights and pose-dependent offsets of the kept vertices are the same.
 
     Args:
         shaped: The full body.
-        share: How many of its vertices to keep, above 0 and at most 1. 1 gives the body itself.
+        share: Fraction of its vertices to keep, above 0 and at most 1. 1 returns the body itself.
 
     Raises:
-        BadInput: `share` is not such a number.
-        BadMesh: Too few vertices would be left.
+        BadInput: `share` is out of range.
+        BadMesh: Too few vertices would be kept.
     """
     if not 0 < share <= 1:
         raise BadInput("a share of vertices is above 0 and at most 1", share, "use 1 for all, 0.25 for a quarter")
@@ -34,8 +34,8 @@ def coarser_body(shaped: ShapedBody, share: float) -> ShapedBody:
         return shaped
     body = shaped.body
     mesh = _mesh(body, round(share * len(body.template)))
-    vertices = _held_in(shaped.vertices[mesh.kept], mesh.faces, shaped.vertices)
-    left = replace(
+    vertices = _enclose(shaped.vertices[mesh.kept], mesh.faces, shaped.vertices)
+    coarse = replace(
         body,
         template=vertices,
         faces=mesh.faces,
@@ -45,17 +45,17 @@ def coarser_body(shaped: ShapedBody, share: float) -> ShapedBody:
         posedirs=None if body.posedirs is None else body.posedirs[:, mesh.kept],
     )
     normals = vertex_normals(vertices, mesh.faces).astype(np.float32)
-    return replace(shaped, body=left, vertices=vertices, normals=normals)
+    return replace(shaped, body=coarse, vertices=vertices, normals=normals)
 
 
 @functools.lru_cache(maxsize=32)
-def _mesh(body: Body, count: int) -> CoarserMesh:
-    """Found once for all shapes of a body."""
-    return coarser(body.template, body.faces, count, evenness=EVENNESS)
+def _mesh(body: Body, count: int) -> CoarseMesh:
+    """Returns the coarse mesh of a body, which is the same for all its shapes and cached."""
+    return coarsen(body.template, body.faces, count, evenness=EVENNESS)
 
 
-def _held_in(vertices: np.ndarray, faces: np.ndarray, skin: np.ndarray) -> np.ndarray:
-    """Vertices moved along their normals by as much as the skin over their triangles stands out."""
+def _enclose(vertices: np.ndarray, faces: np.ndarray, skin: np.ndarray) -> np.ndarray:
+    """Moves vertices along their normals until their triangles enclose the skin above them."""
     vertices, skin = np.asarray(vertices, np.float64), np.asarray(skin, np.float64)
     tree = ClosestTree(vertices, faces)
     closest = tree.closest(skin)

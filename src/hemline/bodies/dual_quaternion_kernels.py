@@ -1,4 +1,4 @@
-"""Compiled dual-quaternion skinning. Plain arrays: in, then out."""
+"""Compiled kernels of dual-quaternion skinning."""
 
 import numpy as np
 
@@ -7,7 +7,11 @@ from hemline.compiled import kernel
 
 @kernel
 def dual_quaternions(transforms, duals_out):
-    """Unit dual quaternions of rigid transforms. in: transforms (joints, 3, 4). out: duals (joints, 8), wxyz twice."""
+    """Computes unit dual quaternions of rigid transforms.
+
+    # in:  transforms (joints, 3, 4)
+    # out: duals_out (joints, 8), wxyz twice
+    """
     for j in range(len(transforms)):
         m = transforms[j]
         squares = np.array(
@@ -41,9 +45,11 @@ def dual_quaternions(transforms, duals_out):
 
 @kernel(fastmath={"contract"})
 def skin_dual(transforms, duals, weight_indices, weights, points, points_out):
-    """Dual-quaternion skinning. in: transforms (joints, 3, 4), duals (joints, 8), points at rest. out: points posed.
+    """Skins points with dual quaternions. Points that follow a single joint take its transform as it is.
 
-    Points that one joint holds alone take its transform as it is.
+    # in:  transforms (joints, 3, 4), duals (joints, 8), weight_indices and weights (points, influences),
+    #      points (points, 3) at rest [m]
+    # out: points_out (points, 3) posed [m]
     """
     for v in range(len(points)):
         first = np.uintp(weight_indices[v, 0])

@@ -1,4 +1,4 @@
-"""From the rest pose to the first pose of a clip: a run-up of about a second."""
+"""Makes a lead-in from the rest pose to the first pose of a clip, about a second long."""
 
 import math
 from dataclasses import replace
@@ -14,30 +14,33 @@ if TYPE_CHECKING:
     from . import ShapedBody
 
 FASTEST_START = 8.0
-"""A clip that starts faster than this is taken to start with a jump [m/s]."""
+"""A clip that starts faster than this is assumed to start with a jump [m/s]."""
 
 
-def between(first: Pose, second: Pose, share: float) -> Pose:
-    """The pose at a share of the way between two, each joint by slerp."""
-    if share <= 0:
+def interpolate_poses(first: Pose, second: Pose, fraction: float) -> Pose:
+    """Interpolates between two poses, each joint by slerp; `fraction` 0 is the first, 1 the second."""
+    if fraction <= 0:
         return first
-    if share >= 1:
+    if fraction >= 1:
         return second
-    rotations = slerp(first.rotations.astype(np.float64), second.rotations.astype(np.float64), share)
+    rotations = slerp(first.rotations.astype(np.float64), second.rotations.astype(np.float64), fraction)
     start, end = first.translation.astype(np.float64), second.translation.astype(np.float64)
-    return Pose(rotations, start + share * (end - start))
+    return Pose(rotations, start + fraction * (end - start))
 
 
 def lead_in(shaped: "ShapedBody", motion: Motion, frames: int) -> tuple[Motion, "Stance"]:
-    """Poses before a clip, the rest pose first, and where that rest pose was put.
+    """Makes poses that lead from the rest pose into a clip.
 
-    The rest pose is turned about the vertical and moved to where the clip starts, less the run-up: from standing, the
-    root speeds up evenly to the speed at which the clip starts.
+    The rest pose is turned about the vertical, and placed so far before the start of the clip that the root, from
+    standing, accelerates evenly to the speed at which the clip starts.
 
     Args:
         shaped: The body.
         motion: The clip, placed.
-        frames: How many poses; at least 1.
+        frames: Number of poses, at least 1.
+
+    Returns:
+        The poses, the rest pose first, and the stance of that rest pose.
     """
     first, rest = motion[0], shaped.rest_pose
     velocity = np.zeros(3)
@@ -50,16 +53,16 @@ def lead_in(shaped: "ShapedBody", motion: Motion, frames: int) -> tuple[Motion, 
     start = placement.pose(rest)
     rotations, translations = [], []
     for frame in range(frames):
-        share = frame / frames
-        eased = share * share * (3 - 2 * share)
-        rotations.append(between(start, first, eased).rotations)
-        translations.append(start.translation + 0.5 * velocity * total * share**2)
+        fraction = frame / frames
+        eased = fraction * fraction * (3 - 2 * fraction)
+        rotations.append(interpolate_poses(start, first, eased).rotations)
+        translations.append(start.translation + 0.5 * velocity * total * fraction**2)
     poses = replace(motion, rotations=continuous(np.array(rotations)), translations=np.array(translations))
     return poses, placement
 
 
 class Stance:
-    """A turn about the vertical through the pelvis of the rest pose, and where that pelvis goes."""
+    """Placement of the rest pose: a turn about the vertical through its pelvis, and the target of that pelvis."""
 
     def __init__(self, yaw: float, pelvis: Float[np.ndarray, "3"], target: Float[np.ndarray, "3"]):
         self.turn = from_axis_angle(np.array([0.0, yaw, 0.0]))
@@ -67,18 +70,18 @@ class Stance:
 
     @classmethod
     def of(cls, shaped: "ShapedBody", first: Pose, offset: Float[np.ndarray, "3"]) -> "Stance":
-        """The one that heads a shape's rest pose the way that `first` heads, `offset` from it."""
+        """Returns the stance that turns a shape's rest pose to the heading of `first`, at an offset from it [m]."""
         rotation = shaped.posed(first).transforms[0, :, :3].astype(np.float64)
-        # the twist about y of that rotation
+        # the twist about y
         yaw = math.atan2(rotation[0, 2] - rotation[2, 0], rotation[0, 0] + rotation[2, 2])
         return cls(yaw, shaped.rest_pose.translation, first.translation + offset)
 
     def pose(self, rest: Pose) -> Pose:
-        """The rest pose, placed."""
+        """Returns the rest pose, placed."""
         rotations = rest.rotations.astype(np.float64)
         rotations[0] = multiply(self.turn, rotations[0])
         return Pose(rotations, self.target)
 
     def points(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
-        """Points around the rest pose, placed with it."""
+        """Returns points around the rest pose, placed with it [m]."""
         return (np.asarray(points, np.float64) - self.pelvis) @ to_matrix(self.turn).T + self.target

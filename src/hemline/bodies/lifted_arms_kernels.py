@@ -1,4 +1,4 @@
-"""Upper arms turned away from the torso, compiled."""
+"""Compiled kernel that turns upper arms away from the torso."""
 
 import math
 
@@ -14,8 +14,8 @@ def lift_arms(arms, sides, most, low, high, arms_out):
     for i in range(arms.shape[0]):
         w, x, y, z = arms[i, 0], arms[i, 1], arms[i, 2], arms[i, 3]
         hanging = math.acos(min(1.0, max(-1.0, -2.0 * sides[i] * (x * y + w * z))))
-        share = min(1.0, max(0.0, (hanging - low) / (high - low)))
-        half = 0.5 * most * (1.0 - share * share * (3.0 - 2.0 * share))
+        fraction = min(1.0, max(0.0, (hanging - low) / (high - low)))
+        half = 0.5 * most * (1.0 - fraction * fraction * (3.0 - 2.0 * fraction))
         c, s = math.cos(half), sides[i] * math.sin(half)
         arms_out[i, 0], arms_out[i, 1], arms_out[i, 2], arms_out[i, 3] = (
             c * w - s * z,

@@ -1,4 +1,4 @@
-"""The arrays of a body model: how a mesh depends on shape and pose. Data only; `body.Body` is what users hold."""
+"""Arrays of a body model, by which a mesh depends on shape and pose. This is data only; users hold a `body.Body`."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +12,7 @@ from hemline.files import content_hash
 from hemline.motions import JOINT_NAMES
 
 INFLUENCES = 6
-"""Joints that move one vertex, at most."""
+"""Largest number of joints that move one vertex."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,22 +20,22 @@ class BodyModel:
     """A skinned mesh on the 24-joint skeleton, linear in its shape coefficients.
 
     Attributes:
-        name: What it is called, such as `anny24`.
-        template: Vertices at rest of the mean shape [m].
+        name: Name of the body, such as `anny24`.
+        template: Vertices at rest in the mean shape [m].
         faces: Triangles, counter-clockwise from outside.
         shapedirs: Change of the template at rest by one standard deviation of each beta [m].
-        joints: Joints at rest of the mean shape, the pelvis at the origin [m].
+        joints: Joints at rest in the mean shape, the pelvis at the origin [m].
         joint_shapedirs: Change of the joints by each beta [m].
         weight_indices: Joints that move each vertex, the strongest first.
-        weights: Their shares, which sum to 1; unused ones are 0.
+        weights: Weights of these joints, which sum to 1; unused ones are 0.
         parents: Parent of each joint, -1 for the pelvis; parents come before their children.
         rest_offsets: Global rotation of each joint that takes its bone from the template's own pose to the T-pose.
         licence: Terms of the data.
-        posedirs: Change of the template at rest by the rotation of each joint but the pelvis, nine each, row by row of
-            R - I, as `pose_offsets` adds it [m]; None: the skin follows the joints alone.
+        posedirs: Change of the template at rest by the rotation of each joint but the pelvis, nine for each, row by
+            row of R - I, see `pose_offsets` [m]; None: the skin follows the joints alone.
 
     Raises:
-        BadBody: Shapes that do not fit together, NaN, indices that point nowhere, weights that do not sum to 1.
+        BadBody: Array shapes do not match, numbers are NaN, indices are out of range, or weights do not sum to 1.
     """
 
     name: str
@@ -93,7 +93,7 @@ class BodyModel:
 
     @cached_property
     def hash(self) -> str:
-        """Short hash of all that shapes and moves the mesh."""
+        """Short hash of everything that shapes and moves the mesh."""
         return content_hash(
             self.template,
             self.faces,

@@ -1,4 +1,4 @@
-"""Put a motion on a body: the root scaled to its legs, its soles on the floor."""
+"""Places a motion on a body: scales the root to its legs and puts its soles on the floor."""
 
 from dataclasses import dataclass, replace
 
@@ -12,18 +12,18 @@ from .shape import BodyShape
 from .skinning import skin_points
 
 CONTACT_PERCENT = 5
-"""The sole is on the floor in at least this share of a clip's frames."""
+"""Percentage of a clip's frames in which a sole is on or below the floor."""
 
 _SOLE_HEIGHT = 0.03
 
 
 @dataclass(frozen=True)
 class Placement:
-    """How a clip is put on a body: x -> scale x + (0, lift, 0) for the pelvis joint, in float32; rotations stay.
+    """Map of a clip onto a body: x -> scale x + (0, lift, 0) for the pelvis joint, in float32; rotations stay.
 
     Attributes:
-        scale: Length of the body's legs over that of the legs that the clip's translations are for.
-        lift: What the scaled clip is raised by, the same for all its frames [m].
+        scale: Leg length of the body divided by that of the clip.
+        lift: Height by which the scaled clip is raised, the same for all frames [m].
         leg_length: Hip to knee to ankle of the body [m].
     """
 
@@ -32,28 +32,28 @@ class Placement:
     leg_length: float
 
     def of(self, pose: Pose) -> Pose:
-        """One frame of the clip on the body: bit for bit that frame of `of_motion`, of no clip any more."""
-        return pose.placed_at(self._moved(pose.translation))
+        """Returns one frame of the clip on the body, bit for bit as `of_motion` does; its `clip` is None."""
+        return pose.move_to(self._transform(pose.translation))
 
     def of_motion(self, motion: Motion) -> Motion:
-        """The clip, or a stretch of it, on the body."""
-        return replace(motion, translations=self._moved(motion.translations), leg_length=self.leg_length)
+        """Returns the clip, or a part of it, on the body."""
+        return replace(motion, translations=self._transform(motion.translations), leg_length=self.leg_length)
 
-    def _moved(self, translations: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
+    def _transform(self, translations: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
         return translations * np.float32(self.scale) - np.array([0, -self.lift, 0], dtype=np.float32)
 
 
 def sole_vertices(shaped: BodyShape) -> Int[np.ndarray, " soles"]:
-    """Vertices of both soles: moved by ankles and feet, in the lowest 3 cm of the body at rest."""
+    """Returns the vertices of both soles, which ankles and feet move, in the lowest 3 cm of the body at rest."""
     body = shaped.body
     feet = [JOINT_NAMES.index(f"{side}_{name}") for side in ("left", "right") for name in ("ankle", "foot")]
-    held = np.where(np.isin(body.weight_indices, feet), body.weights, 0).sum(axis=1) > 0.99
+    on_feet = np.where(np.isin(body.weight_indices, feet), body.weights, 0).sum(axis=1) > 0.99
     height = shaped.vertices[:, 1]
-    return np.flatnonzero(held & (height < height[held].min() + _SOLE_HEIGHT)).astype(np.int32)
+    return np.flatnonzero(on_feet & (height < height[on_feet].min() + _SOLE_HEIGHT)).astype(np.int32)
 
 
 def sole_heights(shaped: BodyShape, motion: Motion) -> Float[np.ndarray, " frames"]:
-    """Height of the lowest sole vertex in each frame [m]."""
+    """Returns the height of the lowest sole vertex in each frame [m]."""
     body, soles = shaped.body, sole_vertices(shaped)
     transforms, _ = shaped.transforms_of(motion.rotations, motion.translations)
     indices, weights, points = body.weight_indices[soles], body.weights[soles], shaped.vertices[soles]
@@ -66,24 +66,24 @@ def sole_heights(shaped: BodyShape, motion: Motion) -> Float[np.ndarray, " frame
 
 
 def placement(shaped: BodyShape, motion: Motion) -> Placement:
-    """How a motion is put on a body: the root scaled by leg length, and lifted so that the soles stand on y = 0.
+    """Returns the map of a motion onto a body: the root is scaled by leg length, and lifted until soles stand on y = 0.
 
-    One offset a clip, so that jumps stay jumps: the fifth percentile over the frames of the lowest sole vertex.
+    All frames are lifted alike, so that jumps stay jumps: by the fifth percentile of the height of the lowest sole.
 
     Args:
         shaped: The body.
-        motion: Any clip; its `leg_length` says for which body its translations are.
+        motion: Any clip; its translations are for legs of its `leg_length`.
     """
     scaled = Placement(shaped.leg_length / motion.leg_length, 0.0, shaped.leg_length)
     floor = np.percentile(sole_heights(shaped, scaled.of_motion(motion)), CONTACT_PERCENT)
     return replace(scaled, lift=-float(floor))
 
 
-def placed(shaped: BodyShape, motion: Motion) -> Motion:
-    """The motion put on a body as `placement` says.
+def place_motion(shaped: BodyShape, motion: Motion) -> Motion:
+    """Places a motion on a body, see `placement`.
 
     Args:
         shaped: The body.
-        motion: Any clip; its `leg_length` says for which body its translations are.
+        motion: Any clip; its translations are for legs of its `leg_length`.
     """
     return placement(shaped, motion).of_motion(motion)

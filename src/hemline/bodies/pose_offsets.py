@@ -1,4 +1,4 @@
-"""Offsets of the skin at rest that depend on the pose: what SMPL adds before its skin follows the joints."""
+"""Pose-dependent offsets of the skin at rest, which SMPL adds before skinning."""
 
 import numpy as np
 from jaxtyping import Float
@@ -8,14 +8,14 @@ from hemline.motions.quaternions import to_matrix
 
 
 def pose_offsets(posedirs: Float[np.ndarray, "features verts 3"], rotations: Quaternions) -> Vertices:
-    r"""Offsets at rest of each vertex in a pose.
+    r"""Returns the offset at rest of each vertex in a pose.
 
     $$\sum_{j=1}^{23} \sum_{k=1}^{9} P_{jk} \, (R_j - I)_k$$
 
-    with the entries of the local rotation $R_j$ row by row; they vanish in the T-pose.
+    The entries of the local rotations $R_j$ are taken row by row. The offsets vanish in the T-pose.
 
     Args:
-        posedirs: Nine for each joint but the pelvis, `Body.posedirs` or some of its vertices [m].
+        posedirs: `Body.posedirs`, nine for each joint but the pelvis, of all or some vertices [m].
         rotations: Local rotation of each joint, as `Pose.rotations`.
 
     Returns:
@@ -34,7 +34,7 @@ def pose_offsets_turning(
     joint: int,
     axis: Float[np.ndarray, "3"],
 ) -> Float[np.ndarray, "verts 3"]:
-    r"""Velocity of these offsets while a joint turns about an axis of its own frame: $\dot R = R [a]_\times$.
+    r"""Returns the velocity of these offsets while a joint turns about an axis of its frame: $\dot R = R [a]_\times$.
 
     Args:
         posedirs: As for `pose_offsets` [m].

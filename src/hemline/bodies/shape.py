@@ -1,7 +1,6 @@
-"""A body model at given shape coefficients, at rest: its mesh, its joints, and how they follow a pose.
+"""A body model with given shape coefficients: its mesh and joints at rest, and its transforms in a pose.
 
-What places motions on a body (`place`) and lifts limbs out of each other (`untangling`) works on this alone;
-`body.ShapedBody` is what users hold.
+`place` and `untangling` need no more than this; users hold a `body.ShapedBody`.
 """
 
 from dataclasses import dataclass
@@ -19,16 +18,16 @@ from .model import BodyModel
 from .skinning_kernels import area_normals, pose_joints
 
 LARGEST_BETA = 20
-"""Beyond it a shape is no body."""
+"""Largest absolute shape coefficient; beyond, a shape is no body."""
 
 
 @dataclass(frozen=True, eq=False)
 class BodyShape:
-    """A body model that has a shape.
+    """A body model with a shape.
 
     Attributes:
         body: The body model.
-        betas: All its shape coefficients, in standard deviations.
+        betas: All shape coefficients, in standard deviations.
         vertices: The mesh at rest, in the body's own rest pose, the pelvis at the origin [m].
         joints: Joints at rest [m].
         normals: Normals of the mesh at rest, weighted by area.
@@ -44,7 +43,7 @@ class BodyShape:
 
     @classmethod
     def of(cls, body: BodyModel, betas: Betas | tuple[float, ...] | list[float]) -> Self:
-        """The model at given betas, as `Body.shaped` documents."""
+        """Returns the model with given betas, see `Body.shaped`."""
         full = _full_betas(body, betas)
         vertices = body.template + np.einsum("b,bvc->vc", full, body.shapedirs)
         joints = body.joints + np.einsum("b,bjc->jc", full, body.joint_shapedirs)
@@ -61,13 +60,13 @@ class BodyShape:
         return Pose(multiply(parents, inverse(offsets)), self.joints[0])
 
     def joints_at(self, pose: Pose) -> Joints:
-        """Joints in the world in a pose [m]."""
+        """Returns the joints in the world in a pose [m]."""
         return self.transforms_of(pose.rotations[None], pose.translation[None])[1][0]
 
     def transforms_of(
         self, rotations: Float[np.ndarray, "frames joints 4"], translations: Float[np.ndarray, "frames 3"]
     ) -> tuple[Float[np.ndarray, "frames joints 3 4"], Float[np.ndarray, "frames joints 3"]]:
-        """Skin transforms and joints of many poses, as `PosedBody` has them for one."""
+        """Returns skin transforms and joints of many poses, as `PosedBody` has them for one."""
         frames, joints = rotations.shape[:2]
         transforms = np.empty((frames, joints, 3, 4), dtype=np.float32)
         positions = np.empty((frames, joints, 3), dtype=np.float32)

@@ -1,4 +1,4 @@
-"""Move points with the joints: linear and dual-quaternion blending."""
+"""Skinning: moves points with the joints, by linear or dual-quaternion blending."""
 
 from typing import Literal
 
@@ -11,7 +11,7 @@ from .dual_quaternion_kernels import dual_quaternions, skin_dual
 from .skinning_kernels import skin_linear
 
 Blending = Literal["linear", "dual"]
-"""How transforms are blended: `linear` (fast, shrinks where a joint twists) or `dual` quaternions (keeps volume)."""
+"""Blending of transforms: `linear` (fast, shrinks where a joint twists) or `dual` quaternions (keeps volume)."""
 
 
 def skin_points(
@@ -22,7 +22,7 @@ def skin_points(
     *,
     blending: Blending = "linear",
 ) -> Points:
-    r"""Points moved by the joints that hold them.
+    r"""Moves points with the joints that they follow.
 
     $$p_i' = \sum_j w_{ij} A_j p_i$$
 
@@ -31,12 +31,12 @@ def skin_points(
     Args:
         transforms: Skin transforms $A_j$, as `PosedBody.transforms`, float32.
         weight_indices: Joints of each point, int32.
-        weights: Their shares, float32, sum 1; what follows a 0 is not read.
+        weights: Weights of these joints, float32, with sum 1; entries after a 0 are not read.
         points: Points at rest, float32 [m].
         blending: `linear` or `dual`.
 
     Returns:
-        Points posed [m].
+        Posed points, float32 [m].
 
     Source: Kavan, Collins, Zara, O'Sullivan, "Skinning with dual quaternions", 2007, algorithm 1.
     """

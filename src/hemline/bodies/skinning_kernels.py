@@ -1,4 +1,4 @@
-"""Compiled forward kinematics, skinning and normals. Plain arrays: in, then out."""
+"""Compiled kernels of forward kinematics, skinning and normals."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ _index = np.uintp
 
 @kernel
 def turn_columns(q, r_out):
-    """Rotation matrix of a unit quaternion wxyz."""
+    """Computes the rotation matrix of a unit quaternion wxyz."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     r_out[0, 0], r_out[0, 1], r_out[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
     r_out[1, 0], r_out[1, 1], r_out[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
@@ -19,7 +19,7 @@ def turn_columns(q, r_out):
 
 @kernel
 def product(a, b, out):
-    """Product of two quaternions wxyz."""
+    """Multiplies two quaternions wxyz."""
     w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
     x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
     y = a[0] * b[2] + a[2] * b[0] + a[3] * b[1] - a[1] * b[3]
@@ -29,10 +29,11 @@ def product(a, b, out):
 
 @kernel
 def pose_joints(rotations, translations, rest_joints, parents, rest_offsets, transforms_out, joints_out):
-    """Skin transforms and joints of each frame, in float64 inside.
+    """Computes skin transforms and joints of each frame, in float64 inside.
 
-    in: rotations (frames, joints, 4), translations (frames, 3), the body at rest.
-    out: transforms (frames, joints, 3, 4), joints (frames, joints, 3).
+    # in:  rotations (frames, joints, 4), translations (frames, 3) [m]; rest_joints (joints, 3) [m], parents (joints,),
+    #      rest_offsets (joints, 4): the body at rest
+    # out: transforms_out (frames, joints, 3, 4), joints_out (frames, joints, 3) [m]
     """
     count = len(parents)
     turned = np.empty((count, 4))  # G_j
@@ -70,7 +71,11 @@ def pose_joints(rotations, translations, rest_joints, parents, rest_offsets, tra
 
 @kernel(fastmath={"contract"})
 def skin_linear(transforms, weight_indices, weights, points, points_out):
-    """Linear blend skinning. in: transforms (joints, 3, 4), points at rest. out: points posed."""
+    """Skins points by linear blending.
+
+    # in:  transforms (joints, 3, 4), weight_indices and weights (points, influences), points (points, 3) at rest [m]
+    # out: points_out (points, 3) posed [m]
+    """
     for v in range(len(points)):
         x, y, z = points[v, 0], points[v, 1], points[v, 2]
         px = py = pz = np.float32(0)
@@ -93,7 +98,11 @@ def skin_linear(transforms, weight_indices, weights, points, points_out):
 
 @kernel(fastmath={"contract"})
 def turn_normals(transforms, weight_indices, weights, normals, normals_out):
-    """Rest normals turned by the blended rotations, made unit. in: normals at rest. out: normals posed."""
+    """Turns rest normals by the blended rotations, and normalises them.
+
+    # in:  transforms (joints, 3, 4), weight_indices and weights (verts, influences), normals (verts, 3) at rest
+    # out: normals_out (verts, 3) posed
+    """
     for v in range(len(normals)):
         x, y, z = normals[v, 0], normals[v, 1], normals[v, 2]
         px = py = pz = np.float32(0)
@@ -111,7 +120,11 @@ def turn_normals(transforms, weight_indices, weights, normals, normals_out):
 
 @kernel(fastmath={"contract"})
 def area_normals(vertices, faces, normals_out):
-    """Normals at vertices, weighted by area. in: vertices, faces. out: unit normals, zero where there is no area."""
+    """Computes normals at vertices, weighted by area.
+
+    # in:  vertices (verts, 3) [m], faces (faces, 3)
+    # out: normals_out (verts, 3), unit; zero where there is no area
+    """
     for v in range(len(vertices)):
         for c in range(3):
             normals_out[v, c] = 0

@@ -1,4 +1,4 @@
-"""How the skin moves when a joint turns or the shape changes: derivatives of linear blend skinning."""
+"""Derivatives of linear blend skinning: velocity of the skin when a joint turns or the shape changes."""
 
 from typing import TYPE_CHECKING
 
@@ -13,15 +13,16 @@ if TYPE_CHECKING:
     from .body import PosedBody
 
 
-def turning(posed: "PosedBody", joint: int, axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "verts 3"]:
-    r"""Velocity of the skin while a joint turns about an axis of its own frame: R(t) = R exp(t axis).
+def turning_velocity(posed: "PosedBody", joint: int, axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "verts 3"]:
+    r"""Returns the velocity of the skin while a joint turns about an axis of its own frame: R(t) = R exp(t axis).
 
     $$\dot v = \sum_k w_k\, \omega \times (A_k \bar v - x_j), \qquad \omega = G_j a$$
 
-    over the joint j and all joints k behind it; pose-dependent offsets are part of $\bar v$, and their change is added.
+    summed over the joint j and all joints k behind it. Pose-dependent offsets are part of $\bar v$, and their change is
+    added.
 
     Args:
-        posed: The body; its skin must follow linearly.
+        posed: The body; its skin must be blended linearly.
         joint: Number of the joint.
         axis: Axis in the joint's frame; its length is the speed [rad/s].
 
@@ -43,14 +44,14 @@ def turning(posed: "PosedBody", joint: int, axis: Float[np.ndarray, "3"]) -> Flo
     spun = np.cross(omega, blended - weights.sum(axis=1, keepdims=True) * posed.joints[joint].astype(np.float64))
     if body.posedirs is None:
         return spun
-    return spun + _turned(posed, pose_offsets_turning(body.posedirs, posed.pose.rotations, joint, axis))
+    return spun + _rotate_with_skin(posed, pose_offsets_turning(body.posedirs, posed.pose.rotations, joint, axis))
 
 
-def reshaping(posed: "PosedBody", beta: int) -> Float[np.ndarray, "verts 3"]:
-    """Velocity of the skin while a shape coefficient grows by one a second, in the same pose.
+def reshaping_velocity(posed: "PosedBody", beta: int) -> Float[np.ndarray, "verts 3"]:
+    """Returns the velocity of the skin while a shape coefficient grows by one a second, in the same pose.
 
     Args:
-        posed: The body; its skin must follow linearly.
+        posed: The body; its skin must be blended linearly.
         beta: Number of the coefficient.
 
     Returns:
@@ -70,8 +71,8 @@ def reshaping(posed: "PosedBody", beta: int) -> Float[np.ndarray, "verts 3"]:
     return result
 
 
-def _turned(posed: "PosedBody", directions: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "verts 3"]:
-    """Directions at rest, turned as the skin is."""
+def _rotate_with_skin(posed: "PosedBody", directions: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "verts 3"]:
+    """Turns directions at rest as the skin is turned."""
     body, result = posed.shaped.body, np.zeros_like(directions)
     for influence in range(body.weights.shape[1]):
         matrices = posed.transforms[body.weight_indices[:, influence], :, :3].astype(np.float64)
@@ -80,9 +81,9 @@ def _turned(posed: "PosedBody", directions: Float[np.ndarray, "verts 3"]) -> Flo
 
 
 def _behind(parents: np.ndarray, joint: int) -> Bool[np.ndarray, " joints"]:
-    """The joint itself and all that hang on it."""
-    found = np.zeros(len(parents), bool)
-    found[joint] = True
+    """Returns a mask of a joint and all joints that hang on it."""
+    result = np.zeros(len(parents), bool)
+    result[joint] = True
     for each in range(joint + 1, len(parents)):
-        found[each] = found[parents[each]]
-    return found
+        result[each] = result[parents[each]]
+    return result

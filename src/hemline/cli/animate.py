@@ -18,36 +18,36 @@ class AnimateOptions:
     """Options of `hemline animate`."""
 
     motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
-    """Clip to play: a BVH, AMASS or GLB file (FILE.glb:NAME if it holds several clips), or the name of a shipped
-    excerpt."""
+    """Clip to play: a BVH, AMASS or GLB file, or the name of a shipped excerpt.
+    FILE.glb:NAME selects a clip of several."""
     model: Annotated[str | None, tyro.conf.Positional] = None
-    """Model to play: a file, or the name of a shipped model. Defaults to live, which simulates the garment of
-    --garment."""
+    """Model to play: a file, or the name of a shipped model.
+    Defaults to live, which simulates the garment of --garment."""
     output: Annotated[Path | None, tyro.conf.arg(aliases=["-o"])] = None
     """File to write; its ending selects the format. Defaults to MOTION.glb beside the clip."""
     garment: str | None = None
     """Garment to dress, by name or file, for a model that plays any garment."""
     material: str | None = None
-    """Material of the garment, if the model knows several: cotton, silk, denim, wool, jersey or paper. Defaults to the
-    material of the model or of the garment."""
+    """Material of the garment, if the model knows several: cotton, silk, denim, wool, jersey or paper.
+    Defaults to the material of the model or of the garment."""
     over: tuple[str, ...] = ()
-    """Layers over the garment, from the inside out, each kept outside the one beneath: garments for a model that plays
-    any garment, otherwise models with garments of their own. By default there are none."""
+    """Layers over the garment, from the inside out, each kept outside the one beneath.
+    They are garments for a model that plays any garment, otherwise models with garments of their own.
+    By default there are none."""
     thickness_mm: float = 1.5
-    """Minimum distance between layered garments where one is pushed off the one beneath, above 0 and at most 10
-    [mm]."""
+    """Minimum distance of a garment that is pushed off the one beneath, above 0 and at most 10 [mm]."""
     betas: tuple[float, ...] = ()
     """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape."""
     clamp_betas: bool = False
-    """Clamp the betas to the range that the model was fitted on. Without it, betas outside the range cause a
-    warning."""
+    """Clamp the betas to the range that the model was fitted on.
+    Without it, betas outside the range cause a warning."""
     shapes: str | None = None
-    """Second model of the same garment that knows the effect of body shape (--animator agentdress): MODEL moves the
-    garment on the body of its fit, and this model transfers it to the shape of --betas. By default MODEL plays on that
-    shape itself."""
+    """Second model of the same garment, which knows the effect of body shape (--animator agentdress).
+    MODEL plays on the body of its fit, and this model transfers the garment to the shape of --betas.
+    By default MODEL plays on that shape itself."""
     body: str | None = None
-    """Body to play on: a file with the topology of the model's body, or any body or character file for a model that
-    plays any garment. Defaults to the body of the model."""
+    """Body to play on, with the topology of the model's body.
+    A model that plays any garment takes any body or character file. Defaults to the body of the model."""
     fps: float = 30.0
     """Frame rate to play and write [frames/s]."""
     start: float = 0.0
@@ -61,15 +61,14 @@ class AnimateOptions:
     explain: bool = False
     """Report what was guessed about the clip."""
     skinned: bool = False
-    """Write the garment as a skinned mesh with bones fitted to its motion, about a hundredth of the size (.glb,
-    .usdc)."""
+    """Write the garment as a skinned mesh with bones, about a hundredth of the size (.glb, .usdc)."""
     bones: int | None = None
     """Number of bones of a skinned garment, 1 to 256. Defaults to 60."""
     quantized: bool = False
     """Store positions with two bytes per number and normals with one, about half the size (.glb)."""
     character: Path | None = None
-    """Character file (.glb or .vrm) that the body was made from. The .glb output shows its own meshes and materials
-    instead of the body. By default the body is shown."""
+    """Character file (.glb or .vrm) that the body was made from.
+    The .glb output shows its own meshes and materials instead of the body. By default the body is shown."""
     json: bool = False
     """Print one JSON object with the files, their size [bytes], and the error of a skinned garment [mm]."""
 
@@ -103,7 +102,7 @@ def run(options: AnimateOptions) -> int:
     if options.explain:
         for line in motion.notes:
             note(f"{options.motion}: {line}")
-    total = len(motion.resampled(options.fps))
+    total = len(motion.resample(options.fps))
     novelties: list[float | None] = []
     with bars() as display:
         task = display.add_task("animate", total=total)

@@ -57,9 +57,9 @@ def _record(file: Path, row: dict[str, Any]) -> None:
     Raises:
         BadOutput: The file cannot be written.
     """
-    from hemline.files import written_whole
+    from hemline.files import atomic_write
 
     file.parent.mkdir(parents=True, exist_ok=True)
     before = file.read_bytes() if file.exists() else b""
-    with written_whole(file) as temporary:
+    with atomic_write(file) as temporary:
         temporary.write_bytes(before + json.dumps(row).encode() + b"\n")

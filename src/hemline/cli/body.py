@@ -36,8 +36,8 @@ def run(options: BodyOptions) -> int:
 
     check_paths((options.output, ".safetensors"), (options.picture, ".png"))
     if options.character.suffix.lower() in bodies.CHARACTERS:
-        body, found = bodies.read_character(options.character, height=options.height, unit=options.unit)
-        notes = found.notes
+        body, conversion = bodies.read_character(options.character, height=options.height, unit=options.unit)
+        notes = conversion.notes
     elif options.height is not None or options.unit is not None:
         raise BadInput("--height and --unit are for .glb, .vrm and .gltf", options.character.name, "leave them out")
     else:

@@ -21,8 +21,7 @@ class CharacterOptions:
     body: str | None = None
     """Body to use, with the topology of the model's body. Defaults to the body of the model."""
     json: bool = False
-    """Print one JSON object with the file, its size [bytes], and the numbers of vertices, chains, bones and
-    colliders."""
+    """Print one JSON object with file, size [bytes], and numbers of vertices, chains, bones and colliders."""
 
 
 def run(options: CharacterOptions) -> int:

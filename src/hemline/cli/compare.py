@@ -17,11 +17,11 @@ class CompareOptions:
     """Options of `hemline compare`."""
 
     clips: Annotated[tuple[Path, ...], tyro.conf.Positional] = ()
-    """Clips to compare in pairs A and B: two clips of one motion (.webp, .gif, .webm or .mp4), or two folders with
-    clips of the same names. More than two are compared two by two."""
+    """Clips A and B of one motion (.webp, .gif, .webm or .mp4), or two folders with clips of the same names.
+    Several pairs can be given one after the other."""
     blind: bool = False
-    """Run a blind study: names are hidden, order and sides are random, and questions are asked. Without it, the names
-    are shown and nothing is asked."""
+    """Run a blind study: names are hidden, order and sides are random, and questions are asked.
+    Without it, the names are shown and nothing is asked."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("answers.csv")
     """CSV file of answers. Each answer is written at once, and a study is continued if the file exists."""
     questions: tuple[str, ...] = ()
@@ -59,7 +59,7 @@ def run(options: CompareOptions) -> int:
         print(viewer.url, flush=True)
         note("Ctrl-C ends it" + (f"; answers are kept in {options.output}" if options.blind else ""))
         if options.browser:
-            address = viewer.door.address_for_once()
+            address = viewer.door.one_time_address()
             threading.Thread(
                 target=webbrowser.open, args=(address,), daemon=True
             ).start()  # some browsers block until they are closed

@@ -9,8 +9,7 @@ import tyro
 
 from hemline.errors import BadInput
 
-from .garment import open_garment
-from .progress import bars, stages
+from .progress import bars, note, stages, try_on_progress
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -22,8 +21,9 @@ class DrapeOptions:
     """Options of `hemline drape`."""
 
     garment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
-    """Garment to settle: a name (cape, skirt, tshirt, longsleeve, trousers or dress; a light mesh such as cape-light; a
-    generated one such as dress:7 or top:1@35), or a file."""
+    """Garment to settle, by name or file. Names are cape, skirt, tshirt, longsleeve, trousers and dress.
+    Light meshes end in -light.
+    Generated garments are KIND:SEED, or KIND:SEED@EDGE with an edge in mm, such as dress:7@35."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """Dataset folder to write. It is created if missing, and continued if it exists."""
     material: str | None = None
@@ -33,18 +33,18 @@ class DrapeOptions:
     spread: int = 0
     """Number of betas to vary one at a time: each adds four bodies, at -2, -1, 1 and 2, to the mean body."""
     random: int = 0
-    """Number of additional bodies of random shape. With --anchors, each is settled in one pose of --poses, or of the
-    anchors."""
+    """Number of additional bodies of random shape.
+    With --anchors, each is settled in one pose of --poses, or of the anchors."""
     seed: int = 0
     """Seed of the random bodies and of the choice of poses."""
     anchors: int = 0
-    """Number of poses to settle on all bodies of --spread 4. The verb fit with --animator agentdress needs them. With
-    0, the garment is settled in the rest pose."""
+    """Number of poses to settle on all bodies of --spread 4. The verb fit with --animator agentdress needs them.
+    With 0, the garment is settled in the rest pose."""
     poses: int = 0
     """Number of additional poses to settle on the mean body alone. They are cheap and improve the pose model."""
     poses_of: Path | None = None
-    """Dataset folder whose poses are settled again on the mean body, --poses of them in --material, so that fit learns
-    the effect of the material from both. By default no poses are reused."""
+    """Dataset folder of which --poses poses are settled again in --material on the mean body.
+    The verb fit learns the effect of the material from both datasets. By default no poses are reused."""
     derivatives: bool = False
     """Compute the derivatives by every joint at each anchor too, for sensitivity-optimised rigging."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
@@ -52,8 +52,8 @@ class DrapeOptions:
     jobs: int = 1
     """Number of drapes to settle in parallel, one process each. The result does not depend on it."""
     scheduler: str | None = None
-    """Address of a dask scheduler, such as tcp://host:8786, whose workers do the work; see docs/scale.md. By default it
-    is done on this machine."""
+    """Address of a dask scheduler, such as tcp://host:8786, whose workers do the work; see docs/scale.md.
+    By default it is done on this machine."""
     body: str = "anny24"
     """Body to use: anny24, or a file (.safetensors, a .glb or .vrm character, or SMPL .npz or .pkl)."""
     json: bool = False
@@ -63,7 +63,7 @@ class DrapeOptions:
 def run(options: DrapeOptions) -> int:
     """Settles the garment; returns status 1 if it failed on a shape."""
     from hemline import bodies
-    from hemline.sim import produce_rests, random_shapes, spread_shapes
+    from hemline.sim import axis_shapes, produce_rests, random_shapes
 
     body = bodies.load(options.body)
     if bool(options.anchors) != bool(options.motion):
@@ -83,11 +83,11 @@ def run(options: DrapeOptions) -> int:
         return _in_poses_of(options, options.poses_of)
     if options.anchors:
         return _anchors(options)
-    shapes = [*spread_shapes(options.spread), *random_shapes(body, options.random, options.seed)]
+    shapes = [*axis_shapes(options.spread), *random_shapes(body, options.random, options.seed)]
     garment = _garment(options, body.shaped())
     with bars() as display:
         task = display.add_task(garment.name, total=len(shapes))
-        found = produce_rests(
+        rests = produce_rests(
             options.output,
             garment,
             shapes,
@@ -99,7 +99,7 @@ def run(options: DrapeOptions) -> int:
         {"betas": list(betas), "reason": rest, "figures": {}}
         if isinstance(rest, str)
         else {"betas": list(betas), "reason": None, "figures": {key: float(v) for key, v in rest.figures.items()}}
-        for betas, rest in zip(shapes, found, strict=True)
+        for betas, rest in zip(shapes, rests, strict=True)
     ]
     if options.json:
         print(json.dumps(rows))
@@ -112,9 +112,20 @@ def run(options: DrapeOptions) -> int:
 
 
 def _garment(options: DrapeOptions, shaped: "ShapedBody") -> "Garment":
-    """The garment, of the material that is asked for."""
-    name, folder = options.garment, options.output
-    return open_garment(name, shaped, folder, tryon=options.tryon, material=options.material)
+    """Opens the garment, in the material of the options, and tries it on if it does not sit on the body."""
+    from hemline.tryon import open_garment
+
+    with try_on_progress() as progress:
+        return open_garment(
+            options.garment,
+            shaped,
+            fit="auto" if options.tryon else "as-is",
+            dressed=False,
+            material=options.material,
+            dataset=options.output,
+            say=note,
+            progress=progress,
+        )
 
 
 def _in_poses_of(options: DrapeOptions, folder: Path) -> int:
@@ -130,7 +141,7 @@ def _in_poses_of(options: DrapeOptions, folder: Path) -> int:
     garment = _garment(options, bodies.load(options.body).shaped())
     with bars() as display:
         task = display.add_task(f"{garment.name}, {garment.material.name}", total=options.poses)
-        made = produce_in_poses_of(
+        rests = produce_in_poses_of(
             options.output,
             garment,
             other,
@@ -140,17 +151,17 @@ def _in_poses_of(options: DrapeOptions, folder: Path) -> int:
             scheduler=options.scheduler,
             report=lambda number, done, total: display.advance(task),
         )
-    settled = sum(each is not None for each in made)
+    settled = sum(rest is not None for rest in rests)
     if options.json:
-        rows = [{"pose": number, "takes": list(each.names) if each else []} for number, each in enumerate(made)]
+        rows = [{"pose": number, "takes": list(rest.names) if rest else []} for number, rest in enumerate(rests)]
         print(json.dumps(rows))
     else:
-        print(f"{settled} of {len(made)} poses, {garment.material.name}")
-    return 1 if settled < len(made) else 0
+        print(f"{settled} of {len(rests)} poses, {garment.material.name}")
+    return 1 if settled < len(rests) else 0
 
 
 def _anchors(options: DrapeOptions) -> int:
-    """Anchors; status 1 when there is a cluster of poses in none of which the garment came to rest."""
+    """Settles anchors; returns status 1 if the garment failed in every pose of a cluster."""
     from hemline import bodies, motions
     from hemline.sim import make_database
 
@@ -162,7 +173,7 @@ def _anchors(options: DrapeOptions) -> int:
     shaped = bodies.load(options.body).shaped()
     garment = _garment(options, shaped)
     with stages() as progress:
-        made = make_database(
+        database = make_database(
             options.output,
             garment,
             clips,
@@ -177,18 +188,19 @@ def _anchors(options: DrapeOptions) -> int:
         )
     rows = [
         {"cluster": number, "poses": len(members), "takes": list(anchor.names) if anchor else []}
-        for number, (members, anchor) in enumerate(zip(made.clusters.members, made.anchors, strict=True))
+        for number, (members, anchor) in enumerate(zip(database.clusters.members, database.anchors, strict=True))
     ]
-    lost = [row["cluster"] for row in rows if not row["takes"]]
-    beside = sum(each is not None for each in made.beside)
+    failed = [row["cluster"] for row in rows if not row["takes"]]
+    beside = sum(rest is not None for rest in database.beside)
     if options.json:
         print(json.dumps(rows))
     else:
         poses = sum(row["poses"] for row in rows)
-        random = sum(each is not None for each in made.random)
-        print(f"{len(rows) - len(lost)} anchors on {len(made.shapes)} bodies, {beside} more on one, of {poses} poses")
+        random = sum(rest is not None for rest in database.random)
+        anchors, bodies_count = len(rows) - len(failed), len(database.shapes)
+        print(f"{anchors} anchors on {bodies_count} bodies, {beside} more on one, of {poses} poses")
         if random:
             print(f"{random} random bodies in these poses")
-        if lost:
-            print(f"in no pose of these clusters did the garment come to rest: {lost}")
-    return 1 if lost else 0
+        if failed:
+            print(f"clusters without a pose at rest: {failed}")
+    return 1 if failed else 0

@@ -21,27 +21,27 @@ class EvaluateOptions:
     garment: str | None = None
     """Garment to dress, by name or file, for a model that plays any garment."""
     material: str | None = None
-    """Material of the garment, if the model knows several: cotton, silk, denim, wool, jersey or paper. Defaults to the
-    material of the model or of the garment."""
+    """Material of the garment, if the model knows several: cotton, silk, denim, wool, jersey or paper.
+    Defaults to the material of the model or of the garment."""
     over: tuple[str, ...] = ()
-    """Layers over the garment, from the inside out: garments for a model that plays any garment, otherwise models with
-    garments of their own. By default there are none."""
+    """Layers over the garment, from the inside out.
+    They are garments for a model that plays any garment, otherwise models with garments of their own.
+    By default there are none."""
     thickness_mm: float = 1.5
-    """Minimum distance between layered garments where one is pushed off the one beneath, above 0 and at most 10
-    [mm]."""
+    """Minimum distance of a garment that is pushed off the one beneath, above 0 and at most 10 [mm]."""
     body: str | None = None
-    """Body to play on: a file with the topology of the model's body, or any body or character file for a model that
-    plays any garment. Defaults to the body of the model."""
+    """Body to play on, with the topology of the model's body.
+    A model that plays any garment takes any body or character file. Defaults to the body of the model."""
     betas: tuple[float, ...] = ()
     """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape."""
     clamp_betas: bool = False
-    """Clamp the betas to the range that the model was fitted on. Without it, betas outside the range cause a
-    warning."""
+    """Clamp the betas to the range that the model was fitted on.
+    Without it, betas outside the range cause a warning."""
     truth: Path | None = None
-    """Dataset folder with simulated takes of this clip, the ground truth for errors. By default no errors are
-    measured."""
+    """Dataset folder with simulated takes of this clip, the ground truth for errors.
+    By default no errors are measured."""
     drive: Literal["own", "truth"] = "own"
-    """Source of the bones: the animator's own ropes (own), or the ground truth (truth)."""
+    """Source of the bone motion: the animator's own dynamics (own), or the simulated vertices of --truth (truth)."""
     fps: float = 30.0
     """Frame rate to play [frames/s]. With --truth, the frame rate of the takes is used."""
     start: float = 0.0
@@ -53,13 +53,13 @@ class EvaluateOptions:
     untangle: bool = False
     """Move limbs that overlap in the clip out of each other first."""
     whole: bool = True
-    """Keep the cloth in one piece. With --no-whole, the output of the animator is pushed out of the body vertex by
-    vertex."""
+    """Keep the cloth in one piece.
+    With --no-whole, the output of the animator is pushed out of the body vertex by vertex."""
     detail: float = 1.0
     """Fraction of the garment's vertices to play, above 0 and at most 1."""
     picture: Path | None = None
-    """Picture of the worst frame to write (.png), beside the ground truth if --truth is given. By default none is
-    written."""
+    """Picture of the worst frame to write (.png), beside the ground truth if --truth is given.
+    By default none is written."""
     json: bool = False
     """Print one JSON object on stdout instead of a table."""
 

@@ -29,28 +29,27 @@ class ExportOptions:
     lead_in: bool = False
     """Include the lead-in, the frames before the clip in which the cloth reaches its first pose."""
     model: str | None = None
-    """Model that transfers the take to the body shape of --betas; it must know the effect of body shape for this
-    garment (--animator agentdress). By default the take is shown as simulated."""
+    """Model that transfers the take to the body shape of --betas.
+    It must know the effect of body shape on this garment (--animator agentdress).
+    By default the take is shown as simulated."""
     betas: tuple[float, ...] = ()
-    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape. They
-    need --model."""
+    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape.
+    They need --model."""
     skinned: bool = False
-    """Write the garment as a skinned mesh with bones fitted to its motion, about a hundredth of the size (.glb,
-    .usdc)."""
+    """Write the garment as a skinned mesh with bones, about a hundredth of the size (.glb, .usdc)."""
     bones: int | None = None
     """Number of bones of a skinned garment, 1 to 256. Defaults to 60."""
     quantized: bool = False
     """Store positions with two bytes per number and normals with one, about half the size (.glb)."""
     character: Path | None = None
-    """Character file (.glb or .vrm) that the body was made from. The .glb output shows its own meshes and materials
-    instead of the body. By default the body is shown."""
+    """Character file (.glb or .vrm) that the body was made from.
+    The .glb output shows its own meshes and materials instead of the body. By default the body is shown."""
     json: bool = False
     """Print one JSON object with the files, their size [bytes], and the error of a skinned garment [mm]."""
 
 
 def run(options: ExportOptions) -> int:
     """Reads the take, poses the body that it was simulated on, and writes both."""
-    from hemline import bodies
     from hemline.datasets import open_dataset
     from hemline.playback.record import record_take
 
@@ -61,7 +60,7 @@ def run(options: ExportOptions) -> int:
         there = f"the takes 0 to {len(rows) - 1}" if rows else "no takes of clips"
         raise BadInput(f"{options.dataset} has {there}", f"--take {options.take}", "name one of them")
     take = dataset.take(rows[options.take])
-    body = bodies.load(dataset.garment.body_name).shaped(take.betas)
+    body = dataset.body.shaped(take.betas)
     own = output.own_mesh(body)
     if options.model is not None:
         clip = _transfer(options, dataset.garment, take)

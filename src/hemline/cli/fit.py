@@ -24,8 +24,8 @@ class FitOptions:
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """Model file to write (.safetensors)."""
     animator: str = DEFAULT
-    """Animator to fit: agentdress, lag, live, ropes, swingar, or one of another package. Its options are listed by
-    --animator NAME --help."""
+    """Animator to fit: agentdress, lag, live, ropes, swingar, or one of another package.
+    Its options are listed by --animator NAME --help."""
     seed: int = 0
     """Seed of the training. The same seed gives the same model on one machine."""
     json: bool = False
@@ -106,7 +106,7 @@ def _process_group() -> Iterator[bool]:
     if os.environ.get("WORLD_SIZE", "1") == "1":
         yield True
         return
-    from hemline.learning.fit.group import joined
+    from hemline.learning.fit.group import join_group
 
-    with joined() as group:
+    with join_group() as group:
         yield group.first

@@ -1,9 +1,7 @@
 """Opens the model that a command plays, dressed in its garment."""
 
-import tempfile
 import warnings
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,8 +10,7 @@ from hemline.animators import Animator, Bounded, MaterialAware, Related, Wearabl
 from hemline.bodies import ShapedBody
 from hemline.errors import BadInput, BadModel, HemlineWarning
 
-from .garment import open_garment
-from .progress import note
+from .progress import note, try_on_progress
 
 if TYPE_CHECKING:
     from hemline.garments import Garment
@@ -69,7 +66,7 @@ def open_model(
             layered over itself; or the model has no range of betas, or no other materials.
         BadGarment: There is no such material.
     """
-    from hemline.garments import worn_together
+    from hemline.garments import wear_together
 
     model = _in_material(load(name), material)
     shaped = body_of(model, body, betas)
@@ -80,7 +77,7 @@ def open_model(
             raise BadInput(f"model '{name}' needs a garment to wear", "none", "name one with --garment")
         _check_each_once((garment, *over))
         layers = [_open_on_body(layer, shaped) for layer in (garment, *over)]
-        return model.animator_for(worn_together(layers) if over else layers[0], shaped), shaped
+        return model.animator_for(wear_together(layers) if over else layers[0], shaped), shaped
     if garment is not None:
         cure = "leave --garment out, or fit an animator to that garment"
         raise BadInput(f"model '{name}' has its own garment, {model.garment.name}", garment, cure)
@@ -123,9 +120,11 @@ def _load_layer(name: str) -> Animator:
 
 
 def _open_on_body(garment: str, shaped: ShapedBody) -> "Garment":
-    """Opens a garment on a body; the result of a try-on is not stored."""
-    with tempfile.TemporaryDirectory() as folder:
-        return open_garment(garment, shaped, Path(folder), tryon=True, dressed=True)
+    """Opens a garment on a body, and tries it on if it does not sit there."""
+    from hemline.tryon import open_garment
+
+    with try_on_progress() as progress:
+        return open_garment(garment, shaped, say=note, progress=progress)
 
 
 def _clamp_betas(model: Animator | Wearable, shaped: ShapedBody) -> ShapedBody:

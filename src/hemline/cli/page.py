@@ -21,8 +21,8 @@ class PageOptions:
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m", "--clips"])] = ("walk", "dance")
     """Clips to play: BVH or AMASS files, or names of shipped excerpts."""
     betas: tuple[float, ...] = ()
-    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape. Models
-    of close-fitting garments have sliders for other shapes on the page."""
+    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape.
+    Models of close-fitting garments have sliders for other shapes on the page."""
     title: str | None = None
     """Title of the page. Defaults to the names of the models."""
     most_mb: float | None = None

@@ -70,8 +70,16 @@ def stages() -> Iterator[Callable[[str, int, int], None]]:
 
 
 @contextmanager
+def try_on_progress() -> Iterator[Callable[[int, int], None]]:
+    """Yields a callback that draws one bar while garments are tried on, called with steps done and total steps."""
+    with bars() as display:
+        task = display.add_task("try on", total=None, visible=False)
+        yield lambda done, total: display.update(task, completed=done, total=total, visible=True)
+
+
+@contextmanager
 def total(unit: str) -> Iterator[Callable[[str, int, int], None]]:
-    """Yields a callback that draws one bar for all pieces of work, called with a piece, its steps done and its steps."""
+    """Yields a callback that draws one bar for all pieces of work, called with a piece, steps done and total steps."""
     with bars() as display:
         task, steps = display.add_task(unit, total=None), {}
 
@@ -86,6 +94,19 @@ def total(unit: str) -> Iterator[Callable[[str, int, int], None]]:
             )
 
         yield report
+
+
+@contextmanager
+def status() -> Iterator[Callable[[str], None]]:
+    """Yields a callback that shows a line of text on a terminal until the next one; elsewhere it prints nothing."""
+    from rich.console import Console
+
+    console = Console(file=sys.stderr)
+    if not console.is_terminal:
+        yield lambda text: None
+        return
+    with console.status("") as display:
+        yield display.update
 
 
 def note(text: str) -> None:

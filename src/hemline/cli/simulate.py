@@ -10,8 +10,7 @@ import tyro
 
 from hemline.errors import BadInput
 
-from .garment import open_garment
-from .progress import note, total
+from .progress import note, total, try_on_progress
 
 MAX_FPS = 1000
 """Highest frame rate accepted [frames/s]; higher ones are most likely mistakes."""
@@ -22,8 +21,9 @@ class SimulateOptions:
     """Options of `hemline simulate`."""
 
     garment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
-    """Garment to simulate: a name (cape, skirt, tshirt, longsleeve, trousers or dress; a light mesh such as cape-light;
-    a generated one such as dress:7 or top:1@35), or a file."""
+    """Garment to simulate, by name or file. Names are cape, skirt, tshirt, longsleeve, trousers and dress.
+    Light meshes end in -light.
+    Generated garments are KIND:SEED, or KIND:SEED@EDGE with an edge in mm, such as dress:7@35."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])]
     """Clips to simulate: .bvh or AMASS .npz files, or names of shipped excerpts such as run, walk or dance."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
@@ -40,8 +40,8 @@ class SimulateOptions:
     jobs: int = 1
     """Number of clips to simulate in parallel, one process each. The result does not depend on it."""
     scheduler: str | None = None
-    """Address of a dask scheduler, such as tcp://host:8786, whose workers do the work; see docs/scale.md. By default it
-    is done on this machine."""
+    """Address of a dask scheduler, such as tcp://host:8786, whose workers do the work; see docs/scale.md.
+    By default it is done on this machine."""
     seconds: float | None = None
     """Length of each clip to simulate, from its start [s]. Defaults to the whole clip."""
     fps: float = 30.0
@@ -69,7 +69,8 @@ class SimulateOptions:
 def run(options: SimulateOptions) -> int:
     """Simulates the clips; returns status 1 if a take failed."""
     from hemline import bodies, garments
-    from hemline.sim import Clip, SimSettings, produce
+    from hemline.sim import ClipRequest, SimSettings, produce
+    from hemline.tryon import open_garment
 
     if options.jobs < 1:
         raise BadInput("--jobs must be at least 1", options.jobs, "leave it out for 1")
@@ -79,16 +80,26 @@ def run(options: SimulateOptions) -> int:
         raise BadInput("--seconds must be positive", options.seconds, "leave it out for the whole clip")
     if not options.motion:
         raise BadInput("no clips", "--motion without a file", "name BVH or npz files after --motion")
-    clips = [Clip(*_open_clip(path, options)) for path in options.motion]
+    clips = [ClipRequest(*_open_clip(path, options)) for path in options.motion]
     settings = SimSettings(fps=options.fps, wind=options.wind, gusts=options.gusts, gust_seed=options.gust_seed)
     shaped = bodies.load(options.body).shaped(options.betas)
     mean = bodies.load(options.body).shaped()
     # several layers must share one shape; a single garment starts from the shape it was made on
-    each = [
-        open_garment(name, mean, options.output, tryon=options.tryon, dressed=bool(options.over), material=material)
-        for name, material in ((options.garment, options.material), *((name, None) for name in options.over))
-    ]
-    garment = garments.worn_together(each) if options.over else each[0]
+    with try_on_progress() as progress:
+        layers = [
+            open_garment(
+                name,
+                mean,
+                fit="auto" if options.tryon else "as-is",
+                dressed=bool(options.over),
+                material=material,
+                dataset=options.output,
+                say=note,
+                progress=progress,
+            )
+            for name, material in ((options.garment, options.material), *((name, None) for name in options.over))
+        ]
+    garment = garments.wear_together(layers) if options.over else layers[0]
     if options.explain:
         note(garments.explain(garment))
     with total("frames") as report:

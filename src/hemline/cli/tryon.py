@@ -27,8 +27,8 @@ class TryonOptions:
     unit: str | None = None
     """Unit of the mesh: m, dm, cm, mm, in or ft. By default it is guessed from the size of the mesh."""
     scaled: bool = True
-    """Scale the garment by up to 40 % if it was clearly made for a body of another size. With --no-scaled its size is
-    kept."""
+    """Scale the garment by up to 40 % if it was clearly made for a body of another size.
+    With --no-scaled its size is kept."""
 
 
 def run(options: TryonOptions) -> int:

@@ -28,13 +28,14 @@ class ViewOptions:
     garment: str | None = None
     """Garment to dress, by name or file, for models that play any garment. Defaults to a choice of cape and skirt."""
     over: tuple[str, ...] = ()
-    """Layers over the garment of each model, from the inside out: garments for a model that plays any garment,
-    otherwise models with garments of their own. By default there are none."""
+    """Layers over the garment of each model, from the inside out.
+    They are garments for a model that plays any garment, otherwise models with garments of their own.
+    By default there are none."""
     body: str | None = None
     """Body, by name or file, for models that play any garment. Defaults to anny24."""
     betas: tuple[float, ...] = ()
-    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape; the page
-    changes them."""
+    """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape.
+    The page can change them."""
     port: int = 8080
     """Port of the page on this machine. With 0 a free port is chosen."""
     browser: bool = True
@@ -54,7 +55,7 @@ def run(options: ViewOptions) -> int:
             note("Ctrl-C ends it")
             print(page.url, flush=True)
             if options.browser:
-                address = page.door.address_for_once()
+                address = page.door.one_time_address()
                 # in a thread, as some browsers block until they are closed
                 threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
             page.serve_forever()

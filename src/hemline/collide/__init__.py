@@ -9,10 +9,10 @@ from .projection.prepared import ProjectionSettings as ProjectionSettings
 from .projection.prepared import ProjectorState as ProjectorState
 from .projection.project import Projector as Projector
 from .projection.project_frame import ProjectionReport as ProjectionReport
+from .surface.garment_on_body import GarmentOnBody as GarmentOnBody
 from .surface.patches import limb_of_vertices as limb_of_vertices
 from .surface.patches import limbs as limbs
 from .surface.posed_surface import PosedSurface as PosedSurface
-from .surface.garment_on_body import GarmentOnBody as GarmentOnBody
 from .whole.edge_limits import EdgeLimits as EdgeLimits
 from .whole.whole_cloth import WholeCloth as WholeCloth
 from .whole.whole_cloth import WholeSettings as WholeSettings
@@ -23,6 +23,7 @@ from .winding.numbers import winding_numbers as winding_numbers
 __all__ = [
     "Cover",
     "EdgeLimits",
+    "GarmentOnBody",
     "Guarantee",
     "LayeredProjector",
     "LayersReport",
@@ -35,7 +36,6 @@ __all__ = [
     "WholeCloth",
     "WholeSettings",
     "WholeState",
-    "GarmentOnBody",
     "inside",
     "limb_of_vertices",
     "limbs",

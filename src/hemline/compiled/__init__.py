@@ -1,8 +1,8 @@
-"""The one door to numba: `kernel` compiles a function and keeps the machine code on disk for the next process.
+"""The only interface to numba: `kernel` compiles a function and keeps the machine code on disk for the next process.
 
 Kernels live in files named `*kernels.py`, whose stems differ, and import `kernel` from here; nothing else imports
-numba. Where the machine code is kept, and who may write there, is decided in `folder`; when it is compiled anew, in
-`sources` and `cache`; how many threads kernels use, in `threads`. Names of numba that kernels need are passed on.
+numba. `folder` decides where the machine code is kept and who may write there, `sources` and `cache` when it is
+recompiled, `threads` how many threads kernels use. Names of numba that kernels need are re-exported.
 """
 
 from numba import prange as prange

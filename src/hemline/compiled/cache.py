@@ -1,10 +1,10 @@
-"""Compiled kernels on disk: one file for each function, types and processor, whole or absent.
+"""Compiled kernels on disk: one file for each function, types and processor, complete or absent.
 
-It takes the place of numba's own cache, which keeps an index beside the code: there a file that was cut off ends every
-later process, a full disk ends the process that compiled, and two processes that write at once leave an index that
-points at the wrong code (numba issue 10434). Here each compiled version has a file of its own, named by all that it
-depends on. A file that is damaged counts as absent and is written again; where a file cannot be written, that is said
-once and the kernel runs all the same.
+It replaces numba's own cache, which keeps an index beside the code. With that cache a truncated file crashes every
+later process, a full disk crashes the process that compiles, and two processes that write at once leave an index that
+points at the wrong code (numba issue 10434). Here each compiled version has its own file, named by everything it
+depends on. A damaged file counts as absent and is written again. If a file cannot be written, a warning is shown once,
+and the kernel runs all the same.
 """
 
 import hashlib
@@ -18,21 +18,21 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from hemline.errors import BadOutput, HemlineWarning
-from hemline.files.atomic import written_whole
+from hemline.files.atomic import atomic_write
 
 from .folder import VARIABLE, kernel_folder, may_be_read
 from .sources import source_hash
 
 _MAGIC = b"hemline kernel 1\n"
 _DIGEST = hashlib.sha256().digest_size
-_unkept: set[Path] = set()
+_warned_folders: set[Path] = set()
 
 
 class KernelCache:
     """The compiled versions of one function, as numba's dispatcher asks for them.
 
     Args:
-        function: The function as it was written.
+        function: The Python function.
         options: Options of the compiler.
     """
 
@@ -43,12 +43,12 @@ class KernelCache:
 
     @property
     def cache_path(self) -> str | None:
-        """The folder of these files, or None if nothing is kept."""
+        """The folder of these files, or None if nothing is cached."""
         folder = self._folder()
         return None if folder is None else str(folder)
 
     def load_overload(self, signature: Any, target: Any) -> CompileResult | None:
-        """The compiled version for these types, or None if it is absent or damaged."""
+        """Returns the compiled version for these types, or None if it is absent or damaged."""
         target.refresh()
         path, key = self._place(signature, target.codegen())
         if path is None:
@@ -58,11 +58,11 @@ class KernelCache:
             return None
         try:
             return CompileResult._rebuild(target, *pickle.loads(content))
-        except Exception:  # whatever a file of another build makes numba raise, it can be compiled anew
+        except Exception:  # a file of another build may raise anything in numba; the function is compiled again
             return None
 
     def save_overload(self, signature: Any, compiled: CompileResult) -> None:
-        """Keep the compiled version for these types; where that is impossible, it is said once."""
+        """Writes the compiled version for these types; warns once if that is impossible."""
         if compiled.lifted or compiled.library.has_dynamic_globals:
             return
         path, key = self._place(signature, compiled.codegen)
@@ -71,11 +71,11 @@ class KernelCache:
         content = dumps(compiled._reduce())
         try:
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            path.unlink(missing_ok=True)  # what is there is damaged or another user's
-            with written_whole(path) as temporary:
+            path.unlink(missing_ok=True)  # an existing file is damaged or belongs to another user
+            with atomic_write(path) as temporary:
                 temporary.write_bytes(_MAGIC + hashlib.sha256(key + content).digest() + key + content)
         except (OSError, BadOutput) as reason:
-            _say_unkept(path.parent.parent, reason)
+            _warn_unwritable(path.parent.parent, reason)
 
     def enable(self) -> None:
         """Do nothing: the cache is always on."""
@@ -84,14 +84,14 @@ class KernelCache:
         """Do nothing: the cache is always on."""
 
     def flush(self) -> None:
-        """Do nothing: what is kept stays valid as long as the source is the same."""
+        """Do nothing: cached files stay valid as long as the source is the same."""
 
     def _folder(self) -> Path | None:
         folder = kernel_folder().path
         return None if folder is None else folder / f"{self._file.stem}-{source_hash(self._file)}"
 
     def _place(self, signature: Any, codegen: Any) -> tuple[Path | None, bytes]:
-        """The file of a compiled version, and the key that it must carry."""
+        """Returns the file of a compiled version, and the key that it must contain."""
         folder = self._folder()
         code = self._function.__code__
         key = repr((code.co_qualname, code.co_firstlineno, self._options, signature, codegen.magic_tuple())).encode()
@@ -100,12 +100,12 @@ class KernelCache:
 
 
 def _in_order(value: Any) -> str:
-    """The text of an option, the same in every process."""
+    """Returns the text of an option, which is the same in every process."""
     return repr(sorted(value)) if isinstance(value, set) else repr(value)
 
 
 def _read(path: Path, key: bytes) -> bytes | None:
-    """What a file holds after its head; None if it is absent, damaged, of another key, or another user's."""
+    """Returns the content of a file after its head; None if it is absent, damaged, or of another key or user."""
     try:
         with path.open("rb") as stream:
             if not may_be_read(stream.fileno(), kernel_folder()):
@@ -119,10 +119,10 @@ def _read(path: Path, key: bytes) -> bytes | None:
     return rest[len(key) :]
 
 
-def _say_unkept(folder: Path, reason: Exception) -> None:
-    """Warn that compiled versions cannot be kept, once a process for each folder."""
-    if folder in _unkept:
+def _warn_unwritable(folder: Path, reason: Exception) -> None:
+    """Warns that compiled versions cannot be kept, once in a process for each folder."""
+    if folder in _warned_folders:
         return
-    _unkept.add(folder)
+    _warned_folders.add(folder)
     cure = f"make room there, or let {VARIABLE} name another folder; until then kernels are compiled in each process"
     warnings.warn(HemlineWarning(f"compiled kernels cannot be kept in {folder}", reason, cure), stacklevel=2)

@@ -11,10 +11,10 @@ from .threads import call_parallel, threads
 
 
 def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
-    """Decorator: compile a function over plain arrays with numba when it is first called, and keep the result on disk.
+    """Decorator that compiles a function with numba at its first call, and keeps the result on disk.
 
-    Division by zero gives inf or nan as NumPy does. The function must be free of objects: arrays, scalars and named
-    tuples of arrays in, then out.
+    Division by zero gives inf or NaN, as in NumPy. The function must not use objects: it takes arrays, scalars and
+    named tuples of arrays, and writes to arrays.
 
     Args:
         function: The function.
@@ -25,14 +25,14 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
         return functools.partial(kernel, **options)
     if options.get("parallel"):
         return ParallelKernel(function, options)
-    return _compiled(function, options)
+    return _compile(function, options)
 
 
 class ParallelKernel:
-    """A kernel with parallel loops, called from Python: on one thread its loops run as plain ones.
+    """A kernel with parallel loops, called from Python; with one thread its loops run sequentially.
 
-    The plain version needs no pool of threads, so that it never waits for one, and can be called from several threads
-    at once on any machine.
+    The sequential version needs no thread pool, so it never waits for one and can be called from several threads at
+    once on any machine.
     """
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]):
@@ -41,17 +41,17 @@ class ParallelKernel:
 
     @functools.cached_property
     def _plain(self) -> Any:
-        return _compiled(self.py_func, self._options | {"parallel": False})
+        return _compile(self.py_func, self._options | {"parallel": False})
 
     @functools.cached_property
     def _parallel(self) -> Any:
-        return _compiled(self.py_func, self._options)
+        return _compile(self.py_func, self._options)
 
     def __call__(self, *arguments: Any) -> Any:
         return self._plain(*arguments) if threads() == 1 else call_parallel(self._parallel, arguments)
 
 
-def _compiled(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+def _compile(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     whole = {"error_model": "numpy", "nogil": True} | options
     made: Any = numba.njit(**whole)(function)
     made._cache = KernelCache(function, whole)

@@ -1,8 +1,8 @@
 """The folder in which compiled kernels are kept, and who may write there.
 
-What lies in this folder runs as the user who starts hemline. So a folder that hemline chooses itself belongs to that
-user and nobody else can write to it; a folder that the user chooses is used as it is, with a warning where others can
-write to it.
+Files in this folder run with the rights of the user who starts hemline. Therefore a folder that hemline selects itself
+belongs to that user, and nobody else can write to it. A folder that the user names is used as it is, with a warning if
+others can write to it.
 """
 
 import atexit
@@ -27,25 +27,25 @@ class KernelFolder(NamedTuple):
     """A folder of compiled kernels."""
 
     path: Path | None
-    """None if there is no folder that can be written: kernels are compiled in each process."""
+    """The folder, or None if none can be written; then kernels are compiled in each process."""
     shared: bool
     """Whether files of other users are read as well, because the user named the folder."""
 
 
 def cache_folder() -> Path | None:
-    """The folder in which compiled kernels are kept, or None if none can be written.
+    """Returns the folder in which compiled kernels are kept, or None if none can be written.
 
-    It is the one that HEMLINE_CACHE_DIR names; else `hemline` in the user's cache; else a folder among the temporary
-    files that this user alone can write.
+    It is the folder that HEMLINE_CACHE_DIR names, else `hemline` in the user's cache, else a folder among the temporary
+    files that only this user can write.
     """
     return kernel_folder().path
 
 
 @cache
 def kernel_folder() -> KernelFolder:
-    """The folder as `cache_folder` chooses it, and whether it is shared with others; chosen once in a process."""
-    if asked := os.environ.get(VARIABLE):
-        folder = _named(Path(asked))
+    """Returns the folder of `cache_folder`, and whether it is shared with others; determined once in a process."""
+    if named := os.environ.get(VARIABLE):
+        folder = _folder_from_variable(Path(named))
         if folder is not None:
             return KernelFolder(folder, shared=True)
     for folder in _candidates():
@@ -55,12 +55,12 @@ def kernel_folder() -> KernelFolder:
 
 
 def may_be_read(file: int, folder: KernelFolder) -> bool:
-    """Whether an open file (a descriptor) may be run: in a private folder, if this user or root wrote it."""
+    """Tells whether an open file (a descriptor) may be run; in a private folder, this user or root must own it."""
     return folder.shared or not hasattr(os, "geteuid") or os.fstat(file).st_uid in (os.geteuid(), _ROOT)
 
 
-def _named(folder: Path) -> Path | None:
-    """The folder that the user named, made if it is missing; None with a warning if that is impossible."""
+def _folder_from_variable(folder: Path) -> Path | None:
+    """Returns the folder that the user named, created if missing; None with a warning if that is impossible."""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         found = folder.stat()
@@ -84,7 +84,7 @@ def _named(folder: Path) -> Path | None:
 
 
 def _candidates() -> list[Path]:
-    """Folders to try in turn, where the user named none."""
+    """Returns the folders to try in turn if the user named none."""
     found = []
     try:
         user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
@@ -97,7 +97,7 @@ def _candidates() -> list[Path]:
 
 
 def _is_private(folder: Path) -> bool:
-    """Make a folder if it is missing; whether it is this user's own, no link, and writable by nobody else."""
+    """Creates a folder if it is missing; tells whether it is this user's own, no link, and writable by nobody else."""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         found = folder.lstat()
@@ -115,7 +115,7 @@ def _is_private(folder: Path) -> bool:
 
 
 def _temporary() -> Path | None:
-    """A new folder for this process alone, removed at its end; None where there is no room even for that."""
+    """Creates a folder for this process alone, removed at its end; None if there is no room even for that."""
     cure = f"let {VARIABLE} name a folder of your own that can be written"
     try:
         folder = Path(tempfile.mkdtemp(prefix="hemline-"))

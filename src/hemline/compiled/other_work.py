@@ -1,7 +1,7 @@
-"""How many cores other programs leave free.
+"""Measures how many cores other programs leave free.
 
-Threads of one loop wait for each other, so that a thread whose core is taken holds up all of them. The number of
-threads is therefore lowered while other programs run. Results do not depend on it.
+Threads of one loop wait for each other, so a thread whose core is busy delays all of them. The number of threads is
+therefore lowered while other programs run. Results do not depend on it.
 """
 
 import os
@@ -10,16 +10,16 @@ import time
 from pathlib import Path
 
 STAT = Path("/proc/stat")
-"""Where Linux says how long its cores have been busy."""
+"""File in which Linux reports how long its cores have been busy."""
 PERIOD = 0.5
-"""Time from one look to the next [s]."""
+"""Time between two measurements [s]."""
 
 
 class OtherWork:
-    """Watches how busy other programs keep this machine; where the system does not say, they count as idle.
+    """Measures how busy other programs keep this machine; if the system does not tell, they count as idle.
 
     Args:
-        cores: Cores of the machine.
+        cores: Number of cores of the machine.
         stat: The file to read.
     """
 
@@ -30,16 +30,16 @@ class OtherWork:
         self._free = cores
 
     def free_cores(self) -> int:
-        """Cores that other programs left free in the last half second or more, at least 1."""
+        """Returns the cores that other programs left free in the last half second or more, at least 1."""
         moment = time.monotonic()
         if moment - self._moment >= PERIOD and self._lock.acquire(blocking=False):
             try:
-                self._look(moment)
+                self._measure(moment)
             finally:
                 self._lock.release()
         return self._free
 
-    def _look(self, moment: float) -> None:
+    def _measure(self, moment: float) -> None:
         now = (moment, self._busy_seconds(), time.process_time())
         if self._moment >= 0:
             passed, busy, own = (after - before for after, before in zip(now, self._before, strict=True))
@@ -47,7 +47,7 @@ class OtherWork:
         self._moment, self._before = moment, now
 
     def _busy_seconds(self) -> float:
-        """Time for which cores have worked since the machine was started, all added up [s]; 0 where nothing says it."""
+        """Returns the busy time of all cores since the machine was started [s]; 0 if the system does not tell."""
         try:
             words = self._stat.read_text().split("\n", 1)[0].split()
             user, nice, system, _, _, *others = map(int, words[1:9])

@@ -1,4 +1,4 @@
-"""The source that decides what a compiled kernel does: when it changes, the kernel is compiled anew."""
+"""The source files on which a compiled kernel depends; the kernel is recompiled when one of them changes."""
 
 import ast
 import hashlib
@@ -16,13 +16,13 @@ _COMPILED = Path(__file__).parent
 
 @cache
 def kernel_files() -> dict[str, Path]:
-    """All files of the package that hold compiled code, by stem."""
+    """Returns all files of the package with compiled code, by stem."""
     return {file.stem: file for file in sorted(PACKAGE.rglob(f"*{_ENDING}"))}
 
 
 @cache
 def source_hash(file: Path) -> str:
-    """A hash of `source_files(file)` and of the versions of Python, numba and llvmlite."""
+    """Returns a hash of `source_files(file)` and of the versions of Python, numba and llvmlite."""
     versions = f"{sys.version_info[:3]} {numba.__version__} {llvmlite.__version__}"
     digest = hashlib.sha256(versions.encode())
     for each in source_files(file):
@@ -31,13 +31,13 @@ def source_hash(file: Path) -> str:
 
 
 def source_files(file: Path) -> tuple[Path, ...]:
-    """The files whose code is compiled into the kernels of a file, sorted.
+    """Returns the files whose code is compiled into the kernels of a file, sorted.
 
     These are the file itself, the kernel files that it imports, directly or not, since their functions are inlined,
     and the other modules of the package that any of these import, since their constants and named tuples are built in.
 
     Args:
-        file: A kernel file, in this package or in another one.
+        file: A kernel file, in this package or another.
     """
     found, queue = {file}, [file]
     while queue:
@@ -49,7 +49,7 @@ def source_files(file: Path) -> tuple[Path, ...]:
 
 
 def _imports(file: Path) -> set[Path]:
-    """Modules that a file imports: by a relative name from beside it, by `hemline.` from this package."""
+    """Returns the modules that a file imports by relative names or by `hemline.`."""
     found = set()
     for node in ast.walk(ast.parse(file.read_bytes())):
         if not isinstance(node, ast.ImportFrom):
@@ -67,6 +67,6 @@ def _imports(file: Path) -> set[Path]:
 
 
 def _module(path: Path) -> Path | None:
-    """The file of a module, without its ending; None if there is no such file."""
+    """Returns the file of a module, given without its ending; None if there is no such file."""
     file = path.with_name(f"{path.name}.py")
     return file if file.is_file() else None

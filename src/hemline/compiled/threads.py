@@ -1,8 +1,8 @@
-"""How many threads kernels use.
+"""The number of threads that kernels use.
 
-Work that is done ahead (a simulation, a fit) uses every core that this process may use and that other programs leave
-free. What is made while it is shown uses one: threads that meet some thousand times a frame wait for the slowest of
-them, so that on a machine that does something else a frame would take many times as long.
+Offline work (a simulation, a fit) uses every core that this process may use and that other programs leave free.
+Real-time work uses one thread: threads that synchronise some thousand times a frame wait for the slowest of them, so on
+a busy machine a frame would take many times as long.
 """
 
 import math
@@ -24,36 +24,36 @@ _config: Any = numba.core.config
 _here = threading.local()
 _chosen: int | None = None
 _SPINS = "1000"
-"""Turns for which a thread of OpenMP waits awake; its default, 300,000, takes the cores from other programs."""
+"""Spins for which a thread of OpenMP waits awake; the default of 300,000 takes cores from other programs."""
 _launching = threading.Lock()
 _one_at_a_time = threading.RLock()
 
 
 @cache
 def available() -> int:
-    """Threads that kernels can use: no more than numba has, than this process may run on, or than its container has."""
-    return max(1, math.ceil(min(_config.NUMBA_NUM_THREADS, _allowed_cores(), _quota())))
+    """Returns the threads that kernels can use, as numba, the affinity of this process and its container allow."""
+    return max(1, math.ceil(min(_config.NUMBA_NUM_THREADS, _affinity_cores(), _quota())))
 
 
 def use_threads(count: int | None) -> None:
-    """Choose how many threads kernels use in this process, at most as many as are available.
+    """Sets how many threads kernels use in this process, at most as many as are available.
 
     Args:
-        count: Threads. None: one for what is made while it is shown, every available one for all else.
+        count: Number of threads. None: one for real-time work, all available ones for other work.
     """
     global _chosen
     _chosen = None if count is None else max(1, min(count, available()))
 
 
 def threads() -> int:
-    """Threads that kernels use now, when they are called from this thread."""
+    """Returns the number of threads that kernels use now, when called from this thread."""
     most = available() if _chosen is None else _chosen
     return min(most, getattr(_here, "most", most))
 
 
 @contextmanager
 def at_most(count: int) -> Iterator[None]:
-    """Within the block, kernels that this thread calls use no more threads than `count`."""
+    """Context manager in which kernels called by this thread use at most `count` threads."""
     before = getattr(_here, "most", None)
     _here.most = count if before is None else min(before, count)
     try:
@@ -67,16 +67,16 @@ def at_most(count: int) -> Iterator[None]:
 
 @contextmanager
 def real_time_threads() -> Iterator[None]:
-    """Within the block, kernels use one thread, unless another number was chosen by `use_threads`."""
+    """Context manager in which kernels use one thread, unless `use_threads` set another number."""
     with at_most(1 if _chosen is None else _chosen):
         yield
 
 
 def call_parallel(function: Any, arguments: tuple[Any, ...]) -> Any:
-    """Call a kernel with a parallel loop on as many threads as `threads()` says and other programs leave cores for.
+    """Calls a kernel with a parallel loop on `threads()` threads, or fewer if other programs leave fewer cores free.
 
-    Numba's own pool of threads, which serves where neither OpenMP nor TBB is found, ends the process when two threads
-    enter it at once; there such calls wait for each other.
+    Numba's own thread pool, used where neither OpenMP nor TBB is found, crashes the process if two threads enter it at
+    once; with it, such calls wait for each other.
     """
     count = min(threads(), _other_work().free_cores())
     with _launching:
@@ -89,17 +89,17 @@ def call_parallel(function: Any, arguments: tuple[Any, ...]) -> Any:
 
 
 def _prepare(count: int) -> None:
-    """Start numba's threads if they do not run yet, and tell them how many take part in calls of this thread."""
-    if getattr(_here, "told", None) == count:
+    """Starts numba's threads if they do not run yet, and sets how many take part in calls of this thread."""
+    if getattr(_here, "count", None) == count:
         return
     with _short_spins():
         numba.set_num_threads(count)
-    _here.told = count
+    _here.count = count
 
 
 @contextmanager
 def _short_spins() -> Iterator[None]:
-    """Within the block, OpenMP is told to let waiting threads sleep soon, unless the environment says otherwise.
+    """Context manager in which OpenMP loads with a short spin count, unless the environment sets its own.
 
     OpenMP reads its environment once, when it is loaded.
     """
@@ -121,21 +121,21 @@ def _other_work() -> OtherWork:
 
 @cache
 def _layer() -> str:
-    """Numba's threading layer: `omp`, `tbb` or `workqueue`; called when its threads run."""
+    """Returns numba's threading layer, `omp`, `tbb` or `workqueue`; its threads must run."""
     return threading_layer()
 
 
-def _allowed_cores() -> int:
-    """Cores that this process may run on."""
+def _affinity_cores() -> int:
+    """Returns the number of cores that this process may run on."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _quota(root: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgroup")) -> float:
-    """Cores' worth of time that the container of this process has, infinite where it has no limit.
+    """Returns the CPU quota of this process's container in cores, infinite without a limit.
 
     Args:
-        root: Where Linux shows its control groups.
-        own: The file that says in which group this process is.
+        root: Folder in which Linux shows its control groups.
+        own: File that names the group of this process.
     """
     try:
         paths = [line.split(":", 2)[2] for line in own.read_text().splitlines() if line.startswith("0::")]
@@ -146,11 +146,12 @@ def _quota(root: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgr
 
 
 def _upward(root: Path, group: Path) -> list[Path]:
+    """Returns a group and its ancestors up to the root."""
     return [each for each in (group, *group.parents) if each == root or root in each.parents]
 
 
 def _limit(group: Path) -> float:
-    """Cores' worth of time of one control group, of version 2 or 1; infinite where it says nothing."""
+    """Returns the CPU quota of one control group (version 2 or 1) in cores, infinite without a limit."""
     try:
         quota, period = (group / "cpu.max").read_text().split()
         return math.inf if quota == "max" else int(quota) / int(period)

@@ -1,4 +1,4 @@
-"""Simulated takes on disk: whole files named by the hash of their inputs, and an index that can always be rebuilt."""
+"""Datasets of simulated takes on disk: files named by the hash of their inputs, and an index that can be rebuilt."""
 
 from .collection import Collection as Collection
 from .collection import open_collection as open_collection

@@ -1,4 +1,4 @@
-"""Put a damaged take out of the way: it is renamed, since bytes that cannot be read here may be dear to somebody."""
+"""Puts damaged takes aside: they are renamed and not deleted, since their bytes may matter to somebody."""
 
 import itertools
 import warnings
@@ -8,24 +8,24 @@ from hemline.errors import BadDataset, BadInput, BadOutput, HemlineWarning
 
 
 def put_aside(file: Path, reason: BadInput) -> Path:
-    """Rename a file that was read and is damaged to `NAME.damaged`, or `NAME.damaged2` and so on; a warning says so.
+    """Renames a damaged file to `NAME.damaged`, or `NAME.damaged2` and so on, with a warning.
 
     Args:
         file: The file.
-        reason: What is wrong with it.
+        reason: The error that describes the damage.
 
     Returns:
-        Its new path.
+        The new path.
 
     Raises:
-        BadOutput: It cannot be renamed.
+        BadOutput: The file cannot be renamed.
     """
     names = itertools.chain([".damaged"], (f".damaged{number}" for number in itertools.count(2)))
     free = next(path for path in (file.with_name(file.name + name) for name in names) if not path.exists())
     try:
         file.rename(free)
     except FileNotFoundError:
-        return free  # another process did
+        return free  # another process renamed it
     except OSError as error:
         cure = f"rename or delete {file}, and it is made again"
         raise BadOutput(f"cannot put the damaged {file} aside", error.strerror or error, cure) from error
@@ -35,6 +35,6 @@ def put_aside(file: Path, reason: BadInput) -> Path:
 
 
 def unreadable(file: Path, reason: OSError) -> BadDataset:
-    """The error for a take that could not be read, with the true reason."""
+    """Returns the error for a take that could not be read, with the reason of the operating system."""
     cure = "make it readable, or move it out of the dataset"
     return BadDataset(f"cannot read {file}", reason.strerror or reason, cure)

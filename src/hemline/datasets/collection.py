@@ -1,10 +1,11 @@
-"""Several datasets open together: what an animator that is worn by many garments learns from."""
+"""Collections of datasets, from which an animator of many garments learns."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from hemline.bodies import Body
 from hemline.errors import BadDataset
 from hemline.garments.garment import Garment
 
@@ -15,21 +16,21 @@ from .split import FRACTIONS, Fractions, split_by
 from .take import Take
 
 By = Literal["subject", "garment", "body"]
-"""What one side of a split has to itself: a person's motions, a garment, or a shape of the body."""
+"""What two sides of a split do not share: a person's motions, a garment, or a shape of the body."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One take of a collection."""
+    """A take of a collection."""
 
     dataset: int
-    """Number of its dataset in the collection."""
+    """Number of the dataset in the collection."""
     row: Row
 
 
 @dataclass(frozen=True)
 class Collection:
-    """Datasets of different garments, one each."""
+    """Datasets of different garments, one for each garment."""
 
     datasets: tuple[Dataset, ...]
 
@@ -51,31 +52,36 @@ class Collection:
         """The garment of each dataset."""
         return tuple(each.garment for each in self.datasets)
 
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The body of each dataset, see `Dataset.body`."""
+        return tuple(each.body for each in self.datasets)
+
     def clips(self) -> list[Entry]:
-        """All takes of clips that did not fail, dataset by dataset."""
+        """Returns all takes of clips that did not fail, dataset by dataset."""
         return [Entry(number, row) for number, each in enumerate(self.datasets) for row in each.clips()]
 
     def anchors(self) -> list[Entry]:
-        """All anchors that did not fail, dataset by dataset."""
+        """Returns all anchors that did not fail, dataset by dataset."""
         return [Entry(number, row) for number, each in enumerate(self.datasets) for row in each.anchors()]
 
     def take(self, entry: Entry) -> Take:
-        """Read one take."""
+        """Reads a take."""
         return self.datasets[entry.dataset].take(entry.row)
 
     def split(
         self, which: Literal["train", "val", "test"], *, by: By = "subject", fractions: Fractions = FRACTIONS
     ) -> list[Entry]:
-        """Clips of `train`, `val` or `test`, no subject, garment or shape on two sides.
+        """Returns the clips of `train`, `val` or `test`, with no subject, garment or shape on two sides.
 
         Args:
             which: The side.
-            by: What sides do not share. With fewer than three subjects the clips are split; with fewer than three
-                garments or shapes there is no such split.
-            fractions: Shares of the frames.
+            by: What sides do not share. With fewer than three subjects, clips are split instead; with fewer than three
+                garments or shapes, there is no split.
+            fractions: Fractions of the frames.
 
         Raises:
-            BadDataset: Fewer than three garments or shapes.
+            BadDataset: There are fewer than three garments or shapes.
         """
         entries = self.clips()
         groups = [self._group(entry, by) for entry in entries]
@@ -93,11 +99,11 @@ class Collection:
 
 
 def open_collection(folders: Sequence[str | Path]) -> Collection:
-    """Open datasets together; a warning where their takes are of several simulators.
+    """Opens datasets together, with a warning if several simulators made their takes.
 
     Raises:
-        BadDataset: One is no dataset, or two hold the same garment.
+        BadDataset: A folder is not a dataset, or two datasets hold the same garment.
     """
-    found = Collection(tuple(open_dataset(folder) for folder in folders))
-    warn_of_several(found.datasets)
-    return found
+    collection = Collection(tuple(open_dataset(folder) for folder in folders))
+    warn_of_several(collection.datasets)
+    return collection

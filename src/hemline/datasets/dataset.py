@@ -1,15 +1,15 @@
-"""A folder of takes.
+"""Datasets: folders of takes of one garment.
 
 ```
 folder/
   garment.safetensors        the garment, mesh and all
-  worn/<hash>.safetensors    where the mesh had to be tried on: what it became, found again by the mesh's hash
-  takes/<hash>.safetensors   one take each; describes itself
-  manifest.json              an index of the takes with checksums: rebuilt whenever it is missing or stale
-  timings.jsonl              how long each take took: a log, no part of the data
+  worn/<hash>.safetensors    the garment that a try-on made of a mesh with this hash, if it had to be tried on
+  takes/<hash>.safetensors   takes, each of which describes itself
+  manifest.json              an index of the takes with checksums, rebuilt whenever it is missing or stale
+  timings.jsonl              a log of the time that each take took, not part of the data
 ```
-A plain copy of the takes of one dataset into another of the same garment merges them. Several processes may add to one
-dataset: a take's name is the hash of its inputs and its bytes follow from them, so that one made twice is there once.
+Copying the takes of one dataset into another of the same garment merges them. Several processes may add to one dataset:
+a take's name is the hash of its inputs, which determine its bytes, so a take that is made twice is there once.
 """
 
 import hashlib
@@ -18,13 +18,15 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from hemline import bodies
 from hemline.errors import BadDataset, BadOutput, DamagedTake
-from hemline.files import written_whole
+from hemline.files import atomic_write
 from hemline.garments.garment import Garment
 
 from .aside import put_aside, unreadable
@@ -41,32 +43,41 @@ class Dataset:
     folder: Path
     garment: Garment
 
+    @cached_property
+    def body(self) -> bodies.Body:
+        """The body that the garment was made on and simulated on, in its mean shape; read once.
+
+        Raises:
+            BadBody: No body of that name ships, or its file cannot be read.
+        """
+        return bodies.load(self.garment.body_name)
+
     @property
     def takes_folder(self) -> Path:
-        """Where the files of takes lie."""
+        """Folder of the takes."""
         return self.folder / "takes"
 
     def path(self, name: str) -> Path:
-        """The file of the take of that name, there or not."""
+        """Returns the path of the take of that name, which may not exist."""
         return self.takes_folder / f"{name}.safetensors"
 
     def rows(self) -> list[Row]:
-        """The index, brought up to date with the files that are there, by clip, part and name.
+        """Returns the index, updated to the files that exist, sorted by clip, part and name.
 
         Raises:
             BadDataset: A take cannot be read, or belongs to another garment.
-            DamagedTake: A take was read and is not whole; a kind of `BadDataset`.
+            DamagedTake: A take is damaged; this is a kind of `BadDataset`.
         """
-        return self._indexed(lambda file, known: self._row(file, known))
+        return self._update_index(lambda file, known: self._row(file, known))
 
     def put_damaged_aside(self) -> list[Row]:
-        """The index, after takes that are damaged were renamed, with a warning each, so that they are made again.
+        """Renames damaged takes, with a warning for each, so that they are made again; returns the index.
 
-        Called before something is added, so that nothing is found out after hours of work.
+        This is called before takes are added, so that damage is not discovered after hours of work.
 
         Raises:
             BadDataset: A take cannot be read, was written by a newer hemline, or belongs to another garment. It may be
-                whole, so it stays as it is.
+                intact, so it stays as it is.
             BadOutput: A damaged take cannot be renamed.
         """
 
@@ -82,22 +93,22 @@ class Dataset:
                 put_aside(file, reason)
                 return None
 
-        return self._indexed(row)
+        return self._update_index(row)
 
     def clips(self) -> list[Row]:
-        """Rows of all takes of clips that did not fail."""
+        """Returns the rows of all takes of clips that did not fail."""
         return [row for row in self.rows() if row.kind == "clip" and row.failed is None]
 
     def anchors(self) -> list[Row]:
-        """Rows of all anchors that did not fail: the garment settled in given poses on given shapes."""
+        """Returns the rows of all anchors that did not fail: the garment settled in given poses on given shapes."""
         return [row for row in self.rows() if row.kind == "anchor" and row.failed is None]
 
     def take(self, row: Row | str) -> Take:
-        """Read one take by its row or name.
+        """Reads a take by its row or name.
 
         Raises:
-            BadDataset: It cannot be read, or is of another garment.
-            DamagedTake: It was read and is not whole; a kind of `BadDataset`.
+            BadDataset: The take cannot be read, or is of another garment.
+            DamagedTake: The take is damaged; this is a kind of `BadDataset`.
         """
         path = self.path(row if isinstance(row, str) else row.name)
         take = read_take(path)
@@ -106,25 +117,25 @@ class Dataset:
             raise BadDataset(f"{path} is of another garment", got, MAKE_AGAIN)
         return take
 
-    def kept(self, inputs: Mapping[str, Any]) -> Take | None:
-        """The take that these inputs make, or None where the dataset has none; see `sound`.
+    def find_by_inputs(self, inputs: Mapping[str, Any]) -> Take | None:
+        """Returns the take that was made of these inputs, or None if the dataset has none, see `find`.
 
         Raises:
-            BadDataset: As for `sound`, or the file of that name holds another take.
+            BadDataset: The take cannot be read, see `find`, or the file of that name holds another take.
             BadOutput: A damaged take cannot be renamed.
         """
         name = take_name(inputs)
-        take = self.sound(name)
+        take = self.find(name)
         if take is not None and take.name != name:
             what = f"{self.path(name)} holds another take than its name says"
             raise BadDataset(what, f"take {take.name}", MAKE_AGAIN)
         return take
 
-    def sound(self, name: str) -> Take | None:
-        """The take of that name, or None where there is none; one that is damaged is renamed, and counts as none.
+    def find(self, name: str) -> Take | None:
+        """Returns the take of that name, or None if there is none or it is damaged; a damaged one is renamed.
 
         Raises:
-            BadDataset: There is one that cannot be read, or was written by a newer hemline: it may be whole.
+            BadDataset: The take cannot be read, or was written by a newer hemline; it may be intact.
             BadOutput: A damaged take cannot be renamed.
         """
         path = self.path(name)
@@ -137,43 +148,43 @@ class Dataset:
             return None
 
     def add(self, take: Take, *, quantised: bool = False) -> Path:
-        """Write a take under its name, whole or not at all."""
+        """Writes a take under its name, whole or not at all, and returns its path."""
         path = self.path(take.name)
         write_take(path, take, quantised=quantised)
         return path
 
     def rest(self, betas: Iterable[float] = ()) -> Take:
-        """The settled drape on the body of these betas in its rest pose; of several, that of the newest simulator.
+        """Returns the settled drape on the body with these betas in its rest pose, made by the newest simulator.
 
         Raises:
-            BadDataset: The dataset holds none for these betas.
+            BadDataset: The dataset has none for these betas.
         """
-        asked = np.trim_zeros(np.asarray(list(betas), np.float32), "b")
-        rows = self.rest_rows(asked)
+        wanted = np.trim_zeros(np.asarray(list(betas), np.float32), "b")
+        rows = self.rest_rows(wanted)
         if not rows:
             raise BadDataset(
                 f"{self.folder} holds no rest state for these betas",
-                asked.tolist(),
+                wanted.tolist(),
                 "run 'hemline simulate' with these betas",
             )
         return self.take(rows[-1])
 
     def rest_rows(self, betas: Iterable[float]) -> list[Row]:
-        """Rows of the settled drapes on the body of these betas in its rest pose, by the number of their simulator."""
-        asked = np.trim_zeros(np.asarray(list(betas), np.float32), "b")
+        """Returns the rows of settled drapes on the body with these betas in its rest pose, sorted by simulator."""
+        wanted = np.trim_zeros(np.asarray(list(betas), np.float32), "b")
         found = [
             row
             for row in self.rows()
-            if row.kind == "rest" and np.array_equal(np.trim_zeros(np.asarray(row.betas, np.float32), "b"), asked)
+            if row.kind == "rest" and np.array_equal(np.trim_zeros(np.asarray(row.betas, np.float32), "b"), wanted)
         ]
         return sorted(found, key=lambda row: row.simulator)
 
     def split(self, which: str, *, fractions: Fractions = FRACTIONS) -> list[Row]:
-        """Rows of `train`, `val` or `test`: by subject, never by frame, so that no recording is on two sides."""
+        """Returns the rows of `train`, `val` or `test`: split by subject, so that no recording is on two sides."""
         return split_by_subject(self.clips(), fractions)[which]
 
     def verify(self) -> None:
-        """Compare each file with its checksum.
+        """Compares each file with its checksum.
 
         Raises:
             BadDataset: A file's content changed since it was indexed.
@@ -187,13 +198,13 @@ class Dataset:
                 )
 
     def log_timing(self, entry: dict[str, Any]) -> None:
-        """Add a line to `timings.jsonl`, whole even if several processes do; where there is no room it is left out."""
+        """Adds a line to `timings.jsonl`, whole even if several processes write; on a full disk it is dropped."""
         line = json.dumps(entry, sort_keys=True) + "\n"
         with suppress(OSError), (self.folder / "timings.jsonl").open("ab", buffering=0) as stream:
             stream.write(line.encode())
 
-    def _indexed(self, row_of: Callable[[Path, dict[str, Row]], Row | None]) -> list[Row]:
-        """The rows of all takes, written to the index where they are other ones than it has."""
+    def _update_index(self, row_of: Callable[[Path, dict[str, Row]], Row | None]) -> list[Row]:
+        """Returns the rows of all takes, and writes the index if they have changed."""
         known = {row.name: row for row in manifest_rows(self.folder / "manifest.json")}
         found = [row_of(file, known) for file in self._files()]
         rows = sorted((row for row in found if row), key=lambda row: (row.kind, row.clip, row.part, row.name))
@@ -213,7 +224,7 @@ class Dataset:
         return [self.takes_folder / name for name in sorted(whole)]
 
     def _row(self, file: Path, known: dict[str, Row]) -> Row | None:
-        """The row of a file; None where it was moved away just now, as by another process."""
+        """Returns the row of a file; None if the file was moved away just now, as by another process."""
         try:
             stat = file.stat()
         except OSError as reason:
@@ -252,17 +263,17 @@ class Dataset:
     def _write_manifest(self, rows: list[Row]) -> None:
         content = {"version": MANIFEST_VERSION, "garment": self.garment.hash, "takes": [asdict(row) for row in rows]}
         try:
-            with written_whole(self.folder / "manifest.json") as temporary:
+            with atomic_write(self.folder / "manifest.json") as temporary:
                 temporary.write_text(json.dumps(content, indent=1, sort_keys=True))
         except BadOutput:
-            return  # the index is only a convenience; a dataset on a read-only disk is still readable
+            return  # the index is a mere convenience; a dataset on a read-only disk stays readable
 
 
 def create(folder: str | Path, garment: Garment) -> Dataset:
-    """Make a dataset for a garment, or open the one that is there if it was made for the same garment.
+    """Creates a dataset for a garment, or opens an existing one of the same garment.
 
     Raises:
-        BadDataset: There is one for another garment.
+        BadDataset: The folder has a dataset of another garment.
         BadOutput: The folder cannot be written.
     """
     folder = Path(folder)
@@ -285,7 +296,7 @@ def create(folder: str | Path, garment: Garment) -> Dataset:
 
 
 def _save_first(folder: Path, garment: Garment) -> None:
-    """Save the garment unless another process was faster: of two that make a dataset at once, one wins."""
+    """Saves the garment unless another process was faster: of two that create a dataset at once, one wins."""
     own = folder / f".garment-{garment.hash}-{os.getpid()}.safetensors"
     garment.save(own)
     try:
@@ -299,10 +310,10 @@ def _save_first(folder: Path, garment: Garment) -> None:
 
 
 def open_dataset(folder: str | Path) -> Dataset:
-    """Open a dataset.
+    """Opens a dataset.
 
     Raises:
-        BadDataset: There is none, or its garment is damaged.
+        BadDataset: The folder is not a dataset, or its garment is damaged.
     """
     folder = Path(folder)
     file = folder / "garment.safetensors"

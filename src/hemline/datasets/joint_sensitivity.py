@@ -1,4 +1,4 @@
-"""How much each joint moves a garment: from derivatives of settled garments to weights of joints."""
+"""Sensitivity of a garment to each joint: from derivatives of settled garments to weights of joints."""
 
 from collections.abc import Sequence
 
@@ -12,13 +12,13 @@ from .take import Take
 
 
 def mean_sensitivity(takes: Sequence[Take]) -> Float[np.ndarray, "verts joints 3"]:
-    r"""$\bar\delta_{y,m} = \frac{1}{n} \sum_k |\delta^k_{y,m}|$: how far a vertex moves when a joint turns [m/rad].
+    r"""Returns $\bar\delta_{y,m} = \frac{1}{n} \sum_k |\delta^k_{y,m}|$, the motion of vertices by joints [m/rad].
 
     Args:
-        takes: Anchors in the T-pose, one a shape, with derivatives by all joints.
+        takes: Anchors in the T-pose, one for each shape, with derivatives by all joints.
 
     Raises:
-        BadDataset: No take has them, or one lacks some.
+        BadDataset: No take has derivatives, or one lacks some.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         Eq. 7: the mean over shapes of the norms, not the norm of the mean.
@@ -30,24 +30,24 @@ def mean_sensitivity(takes: Sequence[Take]) -> Float[np.ndarray, "verts joints 3
 
 
 def derivatives_by_joint(take: Take) -> Float[np.ndarray, "joints 3 verts 3"]:
-    """The derivatives of an anchor by turns of each joint about its three axes [m/rad].
+    """Returns the derivatives of an anchor by turns of each joint about its three axes [m/rad].
 
     Raises:
-        BadDataset: It lacks some of them.
+        BadDataset: The anchor lacks some of them.
     """
     names = [[f"turn.{joint}.{axis}" for axis in range(3)] for joint in range(JOINT_COUNT)]
-    lacking = [name for axes in names for name in axes if name not in take.derivatives]
-    if lacking:
-        raise BadDataset(f"anchor {take.name} lacks derivatives by joints", f"no {lacking[0]}", "make it again")
+    missing = [name for axes in names for name in axes if name not in take.derivatives]
+    if missing:
+        raise BadDataset(f"anchor {take.name} lacks derivatives by joints", f"no {missing[0]}", "make it again")
     return np.stack([[take.derivatives[name] for name in axes] for axes in names]).astype(np.float64)
 
 
 def joint_weights(sensitivity: Float[np.ndarray, "verts joints 3"]) -> Float[np.ndarray, " joints"]:
-    r"""$s^L = \sum_y \sum_m \bar\delta_{y,m}$ of each joint, over the largest.
+    r"""Returns $s^L = \sum_y \sum_m \bar\delta_{y,m}$ of each joint, divided by the largest.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        Eq. 11. Differs: the pelvis, whose heading poses are compared without, and which else would drown the other
-        joints, since it carries all of the garment, counts as the next one down the spine does.
+        Eq. 11. Differs: the pelvis counts no more than the next joint of the spine. It carries all of the garment
+        and would dominate the other joints, and poses are compared without its heading.
     """
     weights = sensitivity.sum(axis=(0, 2))
     weights[0] = min(weights[0], weights[3])

@@ -1,4 +1,4 @@
-"""What the index of a dataset knows of each take, and how it is read back from `manifest.json`."""
+"""Rows of the index of a dataset, and reading them from `manifest.json`."""
 
 import json
 from dataclasses import dataclass
@@ -9,27 +9,27 @@ from .take_checks import is_number
 
 MANIFEST_VERSION = 1
 LARGEST_MANIFEST = 10**9
-"""An index of more bytes is made anew; a million takes need less."""
+"""Size above which an index is rebuilt; a million takes need less [bytes]."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """What the index knows of a take."""
+    """Entry of the index, with the facts about a take."""
 
     name: str
-    """Hash of the inputs; the file is `takes/<name>.safetensors`."""
+    """Name of the take, a hash of its inputs; the file is `takes/<name>.safetensors`."""
     kind: str
     """`clip`, `rest` or `anchor`."""
     clip: str
     """Name of the clip; empty for a rest state."""
     subject: str
-    """Who was captured: splits keep a subject together."""
+    """Person who was captured; splits keep a subject on one side."""
     part: int
-    """Clips longer than ten seconds are cut into parts; this counts them from 0."""
+    """Number of the part, from 0: clips longer than ten seconds are cut into parts."""
     frames: int
-    """Frames, lead-in included."""
+    """Number of frames, lead-in included."""
     clip_frames: int
-    """Frames after the lead-in."""
+    """Number of frames after the lead-in."""
     betas: tuple[float, ...]
     failed: str | None
     figures: dict[str, float]
@@ -37,13 +37,13 @@ class Row:
     """Checksum of the file."""
     bytes: int
     stamp: int
-    """The file's time of change [ns]; a different one makes the row stale."""
+    """Time of the last change of the file [ns]; a different one makes the row stale."""
     simulator: int = 0
-    """Number of the simulator that made it; 0: from before takes said it."""
+    """Number of the simulator that made the take; 0 for older takes that do not tell."""
 
 
 def manifest_rows(file: Path) -> list[Row]:
-    """The rows of an index; none where it is missing, stale or damaged, since the takes describe themselves."""
+    """Returns the rows of an index; none if it is missing, stale or damaged, since the takes describe themselves."""
     try:
         if not file.is_file() or file.stat().st_size > LARGEST_MANIFEST:
             return []
@@ -56,7 +56,7 @@ def manifest_rows(file: Path) -> list[Row]:
 
 
 def _row(values: dict[str, Any]) -> Row:
-    """A row, if its values are those of one; a `ValueError` or `TypeError` if not."""
+    """Makes a row of values; raises a `ValueError` or `TypeError` if they are not those of a row."""
     values = {**values, "betas": tuple(values["betas"])}
     row = Row(**values)
     texts = all(isinstance(value, str) for value in (row.name, row.kind, row.clip, row.subject, row.sha256))

@@ -1,4 +1,4 @@
-"""Which simulators made the takes of a dataset: takes of several are not the same ground truth."""
+"""Warnings about takes of several simulators, which are not the same ground truth."""
 
 import warnings
 from collections import Counter
@@ -10,52 +10,58 @@ from .dataset import Dataset
 from .row import Row
 
 
-def counted(rows: Iterable[Row]) -> str:
-    """How many takes each simulator made, as `12 of number 0, 3 of number 1`."""
-    found = Counter(row.simulator for row in rows)
-    return ", ".join(f"{count} of number {number}" for number, count in sorted(found.items()))
+def count_by_simulator(rows: Iterable[Row]) -> str:
+    """Counts the takes of each simulator, such as `12 of number 0, 3 of number 1`."""
+    counts = Counter(row.simulator for row in rows)
+    return ", ".join(f"{count} of number {number}" for number, count in sorted(counts.items()))
 
 
 def warn_of_others(dataset: Dataset, rows: Sequence[Row], simulator: int) -> None:
-    """Warn where a dataset that is added to has takes of other simulators than the one that adds.
+    """Warns if a dataset to which takes are added has takes of other simulators.
 
     Args:
         dataset: The dataset.
-        rows: Its rows.
-        simulator: The number of the simulator that adds.
+        rows: Rows of the dataset.
+        simulator: Number of the simulator that adds takes.
     """
     others = [row for row in rows if row.simulator != simulator]
     if not others:
         return
     what = f"{dataset.folder} has takes of other simulators than this one, number {simulator}"
     cure = "they are kept and what is asked for is made anew beside them, so that a fit mixes both; name a new folder"
-    warnings.warn(HemlineWarning(what, counted(others), f"{cure} for takes of one simulator alone"), stacklevel=1)
+    warnings.warn(
+        HemlineWarning(what, count_by_simulator(others), f"{cure} for takes of one simulator alone"), stacklevel=1
+    )
 
 
 def warn_of_several(datasets: Sequence[Dataset]) -> None:
-    """Warn where the takes of some datasets together were made by more than one simulator.
+    """Warns if more than one simulator made the takes of some datasets.
 
     Args:
-        datasets: What is fitted to, or measured against.
+        datasets: Datasets that are fitted to, or measured against.
     """
     rows = [row for each in datasets for row in each.rows() if row.failed is None]
     if len({row.simulator for row in rows}) < 2:
         return
     folders = ", ".join(str(each.folder) for each in datasets)
     cure = "what is learned or measured mixes them; simulate all clips into new folders for one simulator alone"
-    warnings.warn(HemlineWarning(f"takes of several simulators in {folders}", counted(rows), cure), stacklevel=1)
+    warnings.warn(
+        HemlineWarning(f"takes of several simulators in {folders}", count_by_simulator(rows), cure), stacklevel=1
+    )
 
 
 def newest(rows: Sequence[Row], what: str) -> list[Row]:
-    """The rows of the newest simulator among some; a warning where there are others, which are left out.
+    """Returns the rows of the newest simulator, with a warning if others are excluded.
 
     Args:
-        rows: Rows of takes that follow each other.
-        what: What they are takes of, for the warning.
+        rows: Rows of consecutive takes.
+        what: Name of what was simulated, for the warning.
     """
     number = max((row.simulator for row in rows), default=0)
-    found = [row for row in rows if row.simulator == number]
-    if len(found) < len(rows):
+    counts = [row for row in rows if row.simulator == number]
+    if len(counts) < len(rows):
         cure = f"those of number {number} are measured against, and no others"
-        warnings.warn(HemlineWarning(f"takes of several simulators of {what}", counted(rows), cure), stacklevel=1)
-    return found
+        warnings.warn(
+            HemlineWarning(f"takes of several simulators of {what}", count_by_simulator(rows), cure), stacklevel=1
+        )
+    return counts

@@ -1,24 +1,24 @@
-"""Cut takes into training, validation and test, so that a subject is on one side only."""
+"""Splits takes into training, validation and test, with each subject on one side only."""
 
 import hashlib
 from collections.abc import Sequence
 from typing import Any
 
 Fractions = tuple[float, float, float]
-"""Shares of the frames for training, validation and test."""
+"""Fractions of the frames for training, validation and test."""
 
 FRACTIONS: Fractions = (0.8, 0.1, 0.1)
 SIDES = ("train", "val", "test")
 
 
 def split_by_subject(rows: Sequence[Any], fractions: Fractions) -> dict[str, list[Any]]:
-    """Split rows so that a person who was captured is on one side only.
+    """Splits rows so that each captured person is on one side only.
 
-    With fewer than three subjects their clips are split in the same way; a single clip trains.
+    With fewer than three subjects, clips are split in the same way; a single clip is used for training.
 
     Args:
         rows: Rows with `subject`, `clip` and `clip_frames`.
-        fractions: Shares of the frames for `train`, `val`, `test`.
+        fractions: Fractions of the frames for `train`, `val`, `test`.
 
     Returns:
         The rows of `train`, `val`, `test`, in the order given.
@@ -31,16 +31,16 @@ def split_by_subject(rows: Sequence[Any], fractions: Fractions) -> dict[str, lis
 def split_by(
     rows: Sequence[Any], groups: Sequence[str], frames: Sequence[int], fractions: Fractions
 ) -> dict[str, list[Any]]:
-    """Split rows so that a group is on one side only.
+    """Splits rows so that each group is on one side only.
 
     Groups are taken by size, equal ones in the order of a hash of their name, and each goes to the side that is
-    furthest behind its share of the frames.
+    furthest behind its fraction of the frames.
 
     Args:
-        rows: What is split.
-        groups: The group of each.
-        frames: Its frames.
-        fractions: Shares of the frames for `train`, `val`, `test`.
+        rows: Rows.
+        groups: Group of each row.
+        frames: Number of frames of each row.
+        fractions: Fractions of the frames for `train`, `val`, `test`.
 
     Returns:
         The rows of `train`, `val`, `test`, in the order given.
@@ -58,7 +58,7 @@ def split_by(
 def _sides(frames: dict[str, int], fractions: Fractions) -> dict[str, str]:
     have = dict.fromkeys(SIDES, 0)
     side: dict[str, str] = {}
-    # large groups first, so that the small shares are not overrun; equal ones by hash
+    # large groups first, so that small sides are not overfilled; equal ones by hash
     order = sorted(frames, key=lambda group: (-frames[group], hashlib.sha256(group.encode()).hexdigest()))
     total = sum(frames.values()) or 1
     for group in order:

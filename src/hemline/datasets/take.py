@@ -1,4 +1,4 @@
-"""One take: a garment simulated against one clip, frame by frame, with the figures that say how far to trust it."""
+"""Takes: a garment simulated against a clip, frame by frame, with figures that tell how far to trust it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,33 +19,33 @@ KINDS = ("clip", "rest", "anchor")
 
 @dataclass(frozen=True)
 class Take:
-    """Vertices of a garment over a clip, with everything that is needed to use or to continue it."""
+    """Vertices of a garment over a clip, with everything needed to use or to continue the take."""
 
     kind: str
-    """`clip`; or one frame that has settled: `rest` in the body's rest pose, `anchor` in any pose."""
+    """Kind of the take: `clip`, or a single settled frame, `rest` in the body's rest pose or `anchor` in any pose."""
     vertices: FramesOfVertices
     """Garment vertices in the world [m], float32."""
     motion: Motion
-    """The very poses that the cloth was simulated against, one a frame, lead-in included."""
+    """Exact poses that the cloth was simulated against, one for each frame, lead-in included."""
     betas: Betas
     """Shape of the body."""
     lead_in: Bool[np.ndarray, " frames"]
-    """Frames before the clip proper; training skips them."""
+    """Mask of the frames before the clip proper; training skips them."""
     pinched: Int[np.ndarray, " frames"]
-    """Vertices a frame that had no free place because the body cuts through itself there."""
+    """Number of vertices in each frame that had no free place because the body overlaps itself there."""
     figures: Mapping[str, float]
     """Figures of trust, unit in the name: `edge_strain_p99`, `inside`, `deepest_mm`, `residual_share`..."""
     inputs: Mapping[str, Any]
-    """What the take depends on, and nothing else, the number of the simulator among it; its hash is the take's name."""
+    """Exactly what the take depends on, including the number of the simulator; its hash is the take's name."""
     failed: str | None = None
-    """Why the simulation stopped early, with the frame; None: it did not."""
+    """Reason why the simulation stopped early, with the frame; None if it did not."""
     end_state: Mapping[str, np.ndarray] = field(default_factory=dict)
-    """What the next part of the same clip goes on from."""
+    """State from which the next part of the same clip continues."""
     derivatives: Mapping[str, Vertices] = field(default_factory=dict)
-    """Of an anchor, by name: change of each vertex while a joint turns about an axis of its frame (`turn.12.0` [m/rad])
-    or a shape coefficient grows (`beta.0` [m])."""
+    """Derivatives of an anchor by name: the change of each vertex while a joint turns about an axis of its frame
+    (`turn.12.0` [m/rad]) or a shape coefficient grows (`beta.0` [m])."""
     made_with: Mapping[str, str] = field(default_factory=dict)
-    """Versions of hemline and of its compiler, and the processor: for the record, no part of the name."""
+    """Versions of hemline and of its compiler, and the processor. This is for the record and not part of the name."""
 
     def __post_init__(self):
         frames = len(self.motion)
@@ -64,12 +64,12 @@ class Take:
 
     @property
     def name(self) -> str:
-        """Hash of the inputs: the same command gives the same name."""
+        """Name of the take, a hash of its inputs: the same command gives the same name."""
         return take_name(self.inputs)
 
     @property
     def simulator(self) -> int:
-        """Number of the simulator that made it, see `hemline.sim.SIMULATOR`; 0: from before takes said it."""
+        """Number of the simulator that made the take, see `hemline.sim.SIMULATOR`; 0 for older takes without it."""
         return self.inputs.get("simulator", 0)
 
     @property
@@ -79,18 +79,18 @@ class Take:
 
 
 def take_name(inputs: Mapping[str, Any]) -> str:
-    """The name of the take that these inputs make: a hash of them."""
+    """Returns the name of the take that is made of these inputs, a hash of them."""
     return content_hash(inputs)
 
 
 def write_take(path: str | Path, take: Take, *, quantised: bool = False) -> None:
-    """Write a take, whole or not at all.
+    """Writes a take, whole or not at all.
 
     Args:
         path: The file.
         take: The take.
-        quantised: Store vertices as steps of 10 micrometres, differenced in time, in int32 or int16 where they fit:
-            about a third smaller once compressed; the error is at most 5 micrometres a coordinate.
+        quantised: Whether vertices are stored as steps of 10 micrometres, differenced in time, in int16 or else int32.
+            Once compressed this is about a third smaller; the error is at most 5 micrometres a coordinate.
 
     Raises:
         BadOutput: The path cannot be written.
@@ -102,7 +102,7 @@ def write_take(path: str | Path, take: Take, *, quantised: bool = False) -> None
         "lead_in": np.asarray(take.lead_in, np.uint8),
         "pinched": np.asarray(take.pinched, np.int32),
     }
-    arrays |= _quantised(take.vertices) if quantised else {"vertices": np.asarray(take.vertices, np.float32)}
+    arrays |= _quantise(take.vertices) if quantised else {"vertices": np.asarray(take.vertices, np.float32)}
     arrays |= {f"end_state.{name}": array for name, array in take.end_state.items()}
     arrays |= {f"derivatives.{name}": np.asarray(array, np.float32) for name, array in take.derivatives.items()}
     motion = take.motion
@@ -125,16 +125,16 @@ def write_take(path: str | Path, take: Take, *, quantised: bool = False) -> None
 
 
 def read_take(path: str | Path) -> Take:
-    """Read a take.
+    """Reads a take.
 
     Raises:
         BadDataset: The file is missing, cannot be read, is not a take, or its arrays contradict each other.
-        DamagedTake: It was read and is not whole; a kind of `BadDataset`.
+        DamagedTake: The take is damaged; this is a kind of `BadDataset`.
     """
     try:
         arrays, metadata = read_tensors(path, "take", error=BadDataset, damaged=DamagedTake)
     except DamagedTake as reason:
-        raise _damaged(reason) from reason
+        raise _damage_error(reason) from reason
     check_metadata(path, metadata)
     check_arrays(path, arrays)
     try:
@@ -158,17 +158,17 @@ def read_take(path: str | Path) -> Take:
 
 
 def take_metadata(path: str | Path) -> dict[str, Any]:
-    """A take's metadata without its arrays; raises as `read_take` does."""
+    """Returns a take's metadata without reading its arrays; raises the same errors as `read_take`."""
     try:
         metadata = read_metadata(path, "take", error=BadDataset, damaged=DamagedTake)
     except DamagedTake as reason:
-        raise _damaged(reason) from reason
+        raise _damage_error(reason) from reason
     check_metadata(path, metadata)
     return metadata
 
 
-def _damaged(reason: DamagedTake) -> DamagedTake:
-    """The error with what can be done about a take."""
+def _damage_error(reason: DamagedTake) -> DamagedTake:
+    """Returns the error with what can be done about a damaged take."""
     return DamagedTake(reason.what, reason.got, "run the command that made it again: it puts the file aside")
 
 
@@ -176,7 +176,7 @@ def _part(arrays: Mapping[str, np.ndarray], name: str) -> dict[str, np.ndarray]:
     return {key.removeprefix(f"{name}."): array for key, array in arrays.items() if key.startswith(f"{name}.")}
 
 
-def _quantised(vertices: FramesOfVertices) -> dict[str, np.ndarray]:
+def _quantise(vertices: FramesOfVertices) -> dict[str, np.ndarray]:
     whole = np.rint(np.asarray(vertices, np.float64) / QUANTUM).astype(np.int32)
     steps = np.diff(whole, axis=0)
     fits = steps.size == 0 or np.abs(steps).max() < 2**15

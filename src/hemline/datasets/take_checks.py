@@ -1,4 +1,4 @@
-"""What a file must hold to be a take, checked before anything uses it: datasets are copied from one to another."""
+"""Checks that a file holds a take before it is used, since people copy datasets from elsewhere."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,30 +11,30 @@ from hemline.errors import BadDataset
 from hemline.files.contents import array_of
 from hemline.motions.motion import JOINT_COUNT
 
-FARTHEST = 100.0
-"""No vertex of a take is farther than this from the pelvis of its frame, along each axis [m]."""
+VERTEX_LIMIT = 100.0
+"""Largest distance of a vertex from the pelvis of its frame, along each axis [m]."""
 
-FARTHEST_PELVIS = 100_000.0
-"""No pelvis is farther than this from the origin, along each axis [m]."""
+PELVIS_LIMIT = 100_000.0
+"""Largest distance of the pelvis from the origin, along each axis [m]."""
 
-STEEPEST = 1e6
-"""No derivative of a vertex is larger than this, along each axis [m/rad, m]."""
+DERIVATIVE_LIMIT = 1e6
+"""Largest derivative of a vertex, along each axis [m/rad, m]."""
 
 MAKE_AGAIN = "move the file away and run 'hemline simulate' or 'hemline drape' again, which makes what is missing"
 
 QUANTUM = 1e-5
-"""A step of quantised vertices [m]."""
+"""Step of quantised vertices [m]."""
 
 
 def check_arrays(path: str | Path, arrays: dict[str, np.ndarray]) -> None:
-    """Refuse arrays that are none of a take's; quantised vertices become `vertices`.
+    """Checks the arrays of a take, and decodes quantised vertices to `vertices`.
 
     Args:
         path: The file, for the errors.
-        arrays: What it holds; changed in place.
+        arrays: Arrays of the file, changed in place.
 
     Raises:
-        BadDataset: An array is missing, of another type or shape, or has values that no take has.
+        BadDataset: An array is missing, of a wrong type or shape, or has impossible values.
     """
 
     def of(name: str, dtype: str | tuple[str, ...], *shape: int | None) -> np.ndarray:
@@ -46,34 +46,34 @@ def check_arrays(path: str | Path, arrays: dict[str, np.ndarray]) -> None:
     of("betas", "float32", None)
     of("lead_in", "uint8", frames)
     of("pinched", "int32", frames)
-    _within(path, "translations", translations, FARTHEST_PELVIS)
+    _within(path, "translations", translations, PELVIS_LIMIT)
     if "first" in arrays and "steps" in arrays:
         first = of("first", "int32", None, 3)
         steps = of("steps", ("int16", "int32"), max(frames - 1, 0), len(first), 3)
-        arrays["vertices"] = _restored(first, steps)
+        arrays["vertices"] = _dequantise(first, steps)
         del arrays["first"], arrays["steps"]
     vertices = of("vertices", "float32", frames, None, 3)
     for frame, pelvis in zip(vertices, translations, strict=True):
-        _within(path, "vertices", frame - pelvis, FARTHEST)
+        _within(path, "vertices", frame - pelvis, VERTEX_LIMIT)
     for name in arrays:
         if name.startswith("derivatives."):
-            _within(path, name, of(name, "float32", vertices.shape[1], 3), STEEPEST)
+            _within(path, name, of(name, "float32", vertices.shape[1], 3), DERIVATIVE_LIMIT)
 
 
 def check_metadata(path: str | Path, metadata: Mapping[str, Any]) -> None:
-    """Refuse metadata that is none of a take's.
+    """Checks the metadata of a take.
 
     Args:
         path: The file, for the errors.
-        metadata: What it says.
+        metadata: Metadata of the file.
 
     Raises:
-        BadDataset: A key is missing, or its value is of another kind.
+        BadDataset: A key is missing, or its value is of a wrong type.
     """
     cure = MAKE_AGAIN
-    lacking = [name for name in ("take", "motion", "figures", "inputs", "failed") if name not in metadata]
-    if lacking:
-        raise BadDataset(f"{path} lacks metadata", f"no {', '.join(lacking)}", cure)
+    missing = [name for name in ("take", "motion", "figures", "inputs", "failed") if name not in metadata]
+    if missing:
+        raise BadDataset(f"{path} lacks metadata", f"no {', '.join(missing)}", cure)
     motion, inputs = metadata["motion"], metadata["inputs"]
     right = {
         "take": isinstance(metadata["take"], str),
@@ -93,7 +93,7 @@ def check_metadata(path: str | Path, metadata: Mapping[str, Any]) -> None:
 
 
 def is_number(value: Any) -> bool:
-    """Whether it is a finite number that a float can hold."""
+    """Whether a value is a finite number that a float can hold."""
     return type(value) in (int, float) and abs(value) < 1e300
 
 
@@ -101,15 +101,15 @@ def _is_count(value: Any) -> bool:
     return type(value) is int and 0 <= value < 2**31
 
 
-def _within(path: str | Path, name: str, array: np.ndarray, most: float) -> None:
-    """Refuse values farther from zero than that."""
-    if array.size and (largest := float(np.abs(array).max())) > most:
-        got = f"{largest:.3g}, beyond {most:g}"
+def _within(path: str | Path, name: str, array: np.ndarray, limit: float) -> None:
+    """Refuses values with a larger magnitude than a limit."""
+    if array.size and (largest := float(np.abs(array).max())) > limit:
+        got = f"{largest:.3g}, beyond {limit:g}"
         raise BadDataset(f"array '{name}' of {path} has values that no take has", got, MAKE_AGAIN)
 
 
-def _restored(first: np.ndarray, steps: np.ndarray) -> FramesOfVertices:
-    """Vertices from the first frame and the differences from frame to frame, in steps of `QUANTUM` [m]."""
+def _dequantise(first: np.ndarray, steps: np.ndarray) -> FramesOfVertices:
+    """Decodes vertices from the first frame and the differences between frames, in steps of `QUANTUM` [m]."""
     vertices = np.empty((len(steps) + 1, *first.shape), np.float32)
     where = first.astype(np.int64)
     vertices[0] = where * QUANTUM

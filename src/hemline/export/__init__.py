@@ -1,4 +1,4 @@
-"""Garment and body, frame by frame, as files that other programs read: one format, one file."""
+"""Export of clips to files of other programs; each format has its own module."""
 
 from .character import BoundMesh as BoundMesh
 from .character import CapsuleColliders as CapsuleColliders
@@ -24,11 +24,11 @@ __all__ = [
     "FORMATS",
     "BoundMesh",
     "CapsuleColliders",
-    "DressedCharacter",
     "Clip",
-    "OwnMesh",
     "ClipPart",
     "ClipSkeleton",
+    "DressedCharacter",
+    "OwnMesh",
     "SkinWeights",
     "SpringChains",
     "check_bones",

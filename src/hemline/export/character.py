@@ -1,4 +1,4 @@
-"""A person at rest whose garment an engine swings by itself: meshes on bones, chains of springs, colliders."""
+"""A dressed character at rest, whose garment an engine swings itself: meshes on bones, spring chains, colliders."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,13 +13,13 @@ class BoundMesh:
     """A mesh that follows bones.
 
     Attributes:
-        name: What it is.
-        vertices: Positions that the binds take to the bones [m].
+        name: Name of the mesh.
+        vertices: Positions that the bind matrices take into the frames of the bones [m].
         faces: Triangles.
         colour: sRGB from 0 to 1.
         bones: The bones of each vertex: joints of the body, then those of the chains.
-        weights: Their weights; each row sums to 1.
-        binds: From `vertices` into the frame of each bone.
+        weights: Weights of those bones; each row sums to 1.
+        binds: Bind matrices, from `vertices` into the frame of each bone.
     """
 
     name: str
@@ -33,16 +33,16 @@ class BoundMesh:
 
 @dataclass(frozen=True)
 class SpringChains:
-    """Chains of bones that swing, one after another, each from root to tip; numbers as VRM has them.
+    """Chains of bones that swing, each from root to tip, with the constants of VRM.
 
     Attributes:
-        bones: Where they are at rest [m].
-        offsets: First bone of each chain, and the number of all.
+        bones: Positions of the bones at rest [m].
+        offsets: First bone of each chain, followed by the number of all bones.
         joints: The joint of the body that carries each chain.
-        stiffness: Pull of the rope above each bone towards where it is at rest [m/s a frame].
-        gravity: The same downwards.
-        drag: Share of its velocity that each bone loses in a frame [1].
-        radii: Distance that each bone keeps from colliders [m].
+        stiffness: Pull of each bone towards its direction at rest [m/s per frame].
+        gravity: Downward pull of each bone [m/s per frame].
+        drag: Fraction of its velocity that each bone loses per frame [1].
+        radii: Distance of each bone from colliders [m].
     """
 
     bones: Points
@@ -61,13 +61,13 @@ class SpringChains:
 
 @dataclass(frozen=True)
 class CapsuleColliders:
-    """Round rods that joints carry; places are at rest, in the world.
+    """Capsules that joints carry, at rest in the world.
 
     Attributes:
-        joints: The joint that carries each.
-        starts: One end of the axis [m].
-        ends: The other [m].
-        radii: Radius [m].
+        joints: The joint that carries each capsule.
+        starts: One end of each axis [m].
+        ends: Other end of each axis [m].
+        radii: Radius of each capsule [m].
     """
 
     joints: Int[np.ndarray, " capsules"]
@@ -83,12 +83,12 @@ class DressedCharacter:
     Attributes:
         name: Name of the garment.
         joint_names: Names of the body's joints.
-        joints: Where they are [m].
-        parents: Parent of each joint, before it in order; -1 for the root.
+        joints: Positions of the joints [m].
+        parents: Parent of each joint, which precedes it; -1 for the root.
         meshes: Garment and body.
-        chains: What swings.
-        capsules: What it collides with.
-        notices: Licences; the first is the body's.
+        chains: Chains of bones that swing.
+        capsules: Colliders of the chains.
+        notices: Licences, that of the body first.
     """
 
     name: str

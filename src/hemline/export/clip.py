@@ -1,4 +1,4 @@
-"""What is exported: one garment and the body under it, frame by frame."""
+"""The clip that is exported: a garment and the body under it, frame by frame."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,15 @@ from hemline.errors import BadInput
 
 @dataclass(frozen=True)
 class ClipSkeleton:
-    """How a mesh's vertices follow from joints, so that formats with skins can hold it small.
+    """A skeleton that deforms a mesh by linear blend skinning, for formats that support skins.
 
     Attributes:
         joints: Rest positions [m].
-        parents: Parent of each joint, before it in order; -1 for a root. Only roots move relative to their parents.
-        transforms: Skin transforms of each frame, rest to posed: rotations of a chain, no scale.
+        parents: Parent of each joint, which precedes it; -1 for a root. Only roots move relative to their parents.
+        transforms: Skin transforms of each frame, from rest to pose, without scale.
         vertices: Rest positions of the mesh's vertices [m].
         weight_indices: Joints that move each vertex.
-        weights: Their weights; each row sums to 1.
+        weights: Weights of those joints; each row sums to 1.
         names: Names of the joints.
     """
 
@@ -32,7 +32,7 @@ class ClipSkeleton:
 
     @property
     def turns(self) -> Float[np.ndarray, "frames joints 3 3"]:
-        """Rotation matrices relative to the parent, a root's to the world [1]."""
+        """Rotation matrices relative to the parent, those of roots relative to the world [1]."""
         rotations, parents = np.asarray(self.transforms, np.float64)[..., :3], np.asarray(self.parents)
         local, child = rotations.copy(), np.flatnonzero(parents >= 0)
         local[:, child] = np.swapaxes(rotations[:, parents[child]], -1, -2) @ rotations[:, child]
@@ -40,13 +40,13 @@ class ClipSkeleton:
 
     @property
     def rest_places(self) -> Joints:
-        """Rest positions relative to the parent, a root's to the world [m]."""
+        """Rest positions relative to the parent, those of roots relative to the world [m]."""
         joints, parents = np.asarray(self.joints, np.float64), np.asarray(self.parents)
         return joints - np.where(parents[:, None] >= 0, joints[parents], 0)
 
     @property
     def root_paths(self) -> dict[int, Float[np.ndarray, "frames 3"]]:
-        """Where each root goes [m]; what has a parent keeps its place at it."""
+        """Path of each root [m]; other joints keep their position relative to the parent."""
         transforms, joints = np.asarray(self.transforms, np.float64), np.asarray(self.joints, np.float64)
         roots = np.flatnonzero(np.asarray(self.parents) < 0).tolist()
         return {root: transforms[:, root, :, :3] @ joints[root] + transforms[:, root, :, 3] for root in roots}
@@ -54,12 +54,12 @@ class ClipSkeleton:
 
 @dataclass(frozen=True)
 class SkinWeights:
-    """Bones that move the garment about as it moved.
+    """Bones whose skinning approximates the motion of the garment.
 
     Attributes:
-        skeleton: The bones, each a root, and the four at most that a vertex follows.
-        mean_error_mm: Distance of the skinned vertices from the clip's, mean over vertices and frames.
-        max_error_mm: The largest such distance.
+        skeleton: The bones, each of them a root, with at most four per vertex.
+        mean_error_mm: Mean distance between skinned and original vertices, over vertices and frames [mm].
+        max_error_mm: Largest such distance [mm].
     """
 
     skeleton: ClipSkeleton
@@ -68,7 +68,7 @@ class SkinWeights:
 
     @property
     def bone_count(self) -> int:
-        """How many bones the garment follows."""
+        """Number of bones of the garment."""
         return len(self.skeleton.joints)
 
 
@@ -78,7 +78,7 @@ class ClipPart:
 
     name: str
     suffix: str
-    """What a format with one mesh a file puts after the stem of its name."""
+    """Text after the stem of a file name, in formats with one mesh per file."""
     vertices: FramesOfVertices
     faces: Faces
     colour: tuple[float, float, float]
@@ -87,23 +87,23 @@ class ClipPart:
 
 @dataclass(frozen=True)
 class Clip:
-    """A garment over time, with the body that it was moved against.
+    """A garment over time, with the body that wears it.
 
     Attributes:
-        vertices: The garment [m].
-        faces: Its triangles.
-        fps: Frames a second.
-        body_vertices: The body in the same frames [m], or None.
-        body_faces: Its triangles, or None.
+        vertices: Vertices of the garment in each frame [m].
+        faces: Triangles of the garment.
+        fps: Frames per second.
+        body_vertices: Vertices of the body in the same frames [m], or None.
+        body_faces: Triangles of the body, or None.
         name: Name of the garment.
-        colour: Of the garment, sRGB from 0 to 1.
-        body_colour: Of the body.
-        notices: Licence of the body, acknowledgement of the motion: lines that formats with room for text carry on.
-        skeleton: How the body follows from joints, or None.
-        skin: How the garment follows from bones, or None; see `hemline.export.skin_clip`.
+        colour: Colour of the garment, sRGB from 0 to 1.
+        body_colour: Colour of the body.
+        notices: Licence of the body and acknowledgement of the motion, for formats that can store text.
+        skeleton: Skeleton that deforms the body, or None.
+        skin: Bones that deform the garment, or None; see `hemline.export.skin_clip`.
 
     Raises:
-        BadInput: Arrays contradict each other, or hold NaN.
+        BadInput: Arrays contradict each other, or contain NaN.
     """
 
     vertices: FramesOfVertices
@@ -135,7 +135,7 @@ class Clip:
 
     @property
     def parts(self) -> tuple[ClipPart, ...]:
-        """The garment, then the body if there is one."""
+        """The meshes of the clip: the garment, then the body if there is one."""
         bones = None if self.skin is None else self.skin.skeleton
         garment = ClipPart(self.name, "", self.vertices, self.faces, self.colour, bones)
         if self.body_vertices is None or self.body_faces is None:
@@ -144,7 +144,7 @@ class Clip:
 
     @property
     def frame_count(self) -> int:
-        """How many frames the clip has."""
+        """Number of frames of the clip."""
         return len(self.vertices)
 
 

@@ -1,4 +1,4 @@
-"""A clip as a picture: a still PNG, or a moving WebP."""
+"""Pictures of a clip: a still PNG, or an animated WebP."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,14 +11,14 @@ from hemline.pictures.render import Picture
 from .clip import Clip
 
 VIEW_SAMPLES = 5
-"""Frames that are looked at to choose a view."""
+"""Number of frames that are examined to choose a view."""
 
 
 def write_still(path: Path, clip: Clip, *, view: str, size: tuple[int, int]) -> tuple[Path, ...]:
-    """Write the frame in the middle of the clip as PNG.
+    """Writes the middle frame of a clip as PNG.
 
     Raises:
-        BadInput: The view has no such name.
+        BadInput: The view is unknown.
         BadOutput: The path cannot be written.
     """
     middle = clip.frame_count // 2
@@ -27,10 +27,10 @@ def write_still(path: Path, clip: Clip, *, view: str, size: tuple[int, int]) -> 
 
 
 def write_moving(path: Path, clip: Clip, *, view: str, size: tuple[int, int]) -> tuple[Path, ...]:
-    """Write all frames as a WebP that repeats for ever, the camera going along.
+    """Writes all frames as an endless WebP whose camera follows the body.
 
     Raises:
-        BadInput: The view has no such name.
+        BadInput: The view is unknown.
         BadOutput: The path cannot be written.
     """
     write_webp(path, list(render_frames(clip, view=view, size=size, frames=range(clip.frame_count))), clip.fps)
@@ -38,13 +38,13 @@ def write_moving(path: Path, clip: Clip, *, view: str, size: tuple[int, int]) ->
 
 
 def render_frames(clip: Clip, *, view: str, size: tuple[int, int], frames: range) -> Iterator[Picture]:
-    """Pictures of some frames of a clip, on a ground at its lowest vertex.
+    """Renders frames of a clip, on a ground at its lowest vertex.
 
     Args:
-        clip: What to paint.
-        view: One of `hemline.pictures.VIEWS_DEG`; `"auto"`: that from which most of the garment is seen, over the clip.
+        clip: The clip.
+        view: One of `hemline.pictures.VIEWS_DEG`, or `"auto"` for the view that shows most of the garment.
         size: Width and height [pixels].
-        frames: Which frames.
+        frames: Numbers of the frames.
     """
     everything = np.concatenate([part.vertices for part in clip.parts], axis=1)
     view = _clearest(clip) if view == AUTO else view

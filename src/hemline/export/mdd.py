@@ -1,4 +1,4 @@
-"""MDD: LightWave's motion designer cache, read by most animation programs."""
+"""MDD, the point cache of LightWave, which most animation programs read."""
 
 import struct
 from pathlib import Path
@@ -10,7 +10,7 @@ from .point_cache import write_caches
 
 
 def write_mdd(path: Path, clip: Clip) -> tuple[Path, ...]:
-    """Write point caches (big-endian) and OBJ files of the first frame.
+    """Writes point caches (big-endian) and OBJ files of the first frame.
 
     Layout: number of frames, number of points, the time of each frame [s], then the positions [m], y up, one frame
     after another.
@@ -22,7 +22,7 @@ def write_mdd(path: Path, clip: Clip) -> tuple[Path, ...]:
 
 
 def mdd_bytes(part: ClipPart, fps: float) -> bytes:
-    """The bytes of one cache."""
+    """Returns the bytes of one cache."""
     frames, points = part.vertices.shape[:2]
     times = (np.arange(frames) / fps).astype(">f4").tobytes()
     return struct.pack(">ii", frames, points) + times + np.ascontiguousarray(part.vertices, ">f4").tobytes()

@@ -1,19 +1,19 @@
-"""Plain NumPy arrays, for scripts."""
+"""NPZ: plain NumPy arrays, for scripts."""
 
 from pathlib import Path
 
 import numpy as np
 
-from hemline.files import written_whole
+from hemline.files import atomic_write
 
 from .clip import Clip
 
 
 def write_npz(path: Path, clip: Clip) -> tuple[Path, ...]:
-    """Write `vertices` (frames, verts, 3) float32 [m], `faces` int32, `fps`, `body_vertices`, `body_faces`, `notices`.
+    """Writes `vertices` (frames, verts, 3) float32 [m], `faces` int32, `fps`, `body_vertices`, `body_faces`, `notices`.
 
-    The body's two arrays are left out where the clip has no body, `notices` (terms, one text each) where it has none.
-    No array holds objects, so that `numpy.load(path, allow_pickle=False)` reads all. Equal clips give equal bytes.
+    A clip without a body lacks the two arrays of the body, and one without licence terms lacks `notices`. No array
+    contains objects, so `numpy.load(path, allow_pickle=False)` reads all. Equal clips give equal bytes.
 
     Raises:
         BadOutput: The path cannot be written.
@@ -24,7 +24,10 @@ def write_npz(path: Path, clip: Clip) -> tuple[Path, ...]:
         arrays["body_faces"] = _whole_numbers(clip.body_faces)
     if clip.notices:
         arrays["notices"] = np.array(clip.notices)
-    with written_whole(path) as temporary, temporary.open("wb") as stream:  # savez would add .npz to a path in capitals
+    with (
+        atomic_write(path) as temporary,
+        temporary.open("wb") as stream,
+    ):  # savez would append .npz to a path in capitals
         np.savez(stream, **arrays, fps=np.float64(clip.fps))
     return (path,)
 

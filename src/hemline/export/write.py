@@ -1,4 +1,4 @@
-"""The ending of a path chooses the format."""
+"""The table of export formats, and the function that writes any of them by the ending of a path."""
 
 from collections.abc import Callable
 from functools import partial
@@ -30,14 +30,16 @@ FORMATS: dict[str, Callable[..., tuple[Path, ...]]] = {
     ".vat": write_textures,
     ".webp": write_moving,
 }
-"""What writes each ending."""
+"""Writer of each format, by the ending of its files. Help, README and docs are tested against this table."""
 
 PAGE_ENDING = ".html"
-"""Ending of a page, which the room `web` writes."""
+"""Ending of a page, which the package `hemline.web` writes."""
 SKINNED_ENDINGS = (".glb", ".usdc")
-"""Formats that hold a garment as a skinned mesh."""
+"""Formats that can store a garment as a skinned mesh."""
 QUANTIZED_ENDINGS = (".glb",)
-"""Formats that can be written in fewer bytes a number."""
+"""Formats that can be quantised to fewer bytes per number."""
+PICTURES = (".png", ".webp")
+"""Formats that are pictures of the clip."""
 _PICTURE_SIZES = {write_still: (640, 640), write_moving: (480, 480)}
 
 
@@ -49,22 +51,22 @@ def write(
     size: tuple[int, int] | None = None,
     quantized: bool = False,
 ) -> tuple[Path, ...]:
-    """Write a clip in the format that the path's ending names, whole or not at all.
+    """Writes a clip in the format named by the ending of the path, whole or not at all.
 
     Args:
-        path: Where to; its folder must exist.
-        clip: What. With a skin (`skinned`), the garment follows bones in GLB and USD.
-        view: From where pictures are taken: one of `hemline.pictures.VIEWS_DEG`, or `"auto"` for the one from which
-            most of the garment is seen.
-        size: Width and height of pictures [pixels]; None is 640 x 640 for a still, 480 x 480 for a moving picture.
-        quantized: Use fewer bytes a number (GLB).
+        path: The file to write; its folder must exist.
+        clip: The clip. If it has a skin (`skin_clip`), the garment follows bones in GLB and USD.
+        view: View of pictures: one of `hemline.pictures.VIEWS_DEG`, or `"auto"` for the view that shows most of the
+            garment.
+        size: Width and height of pictures [pixels]; None: 640 x 640 for a still, 480 x 480 for a moving picture.
+        quantized: Whether to use fewer bytes per number (GLB).
 
     Returns:
-        The files written: one, or more where a format holds one mesh or one frame a file.
+        The files written: several where a format stores one mesh or one frame per file.
 
     Raises:
         BadOutput: The ending names no format, or the path cannot be written.
-        BadInput: The view has no such name; the format holds no skinned garment, or cannot be quantised.
+        BadInput: The view is unknown, or the format does not support a skinned garment or quantisation.
         MissingExtra: The format needs a library that is not installed.
     """
     path = Path(path)
@@ -78,11 +80,11 @@ def write(
 
 
 def check_format(path: str | Path, *, skinned: bool = False, quantized: bool = False) -> None:
-    """Refuse a path that `write` could not write, before the work is done.
+    """Refuses a path that `write` could not write, before any work is done.
 
     Raises:
         BadOutput: The ending names no format, or the folder cannot be written.
-        BadInput: The format holds no skinned garment, or cannot be quantised, where that is asked for.
+        BadInput: The format does not support a skinned garment or quantisation, which is asked for.
     """
     path = Path(path)
     ending = path.suffix.lower()

@@ -1,10 +1,10 @@
-"""Files written whole or not at all, and the one container that hemline stores arrays in."""
+"""Atomic file writing, and the one container format in which hemline stores arrays."""
 
+from .atomic import atomic_write as atomic_write
+from .atomic import atomic_writes as atomic_writes
 from .atomic import check_folder as check_folder
 from .atomic import check_writable as check_writable
-from .atomic import written_together as written_together
-from .atomic import written_whole as written_whole
-from .mapped import mapped_array as mapped_array
+from .mapped import create_mapped_array as create_mapped_array
 from .npz import Unreadable as Unreadable
 from .npz import npz_arrays as npz_arrays
 from .reading import read_bytes as read_bytes
@@ -18,11 +18,13 @@ from .tensors import write_tensors as write_tensors
 
 __all__ = [
     "Unreadable",
+    "atomic_write",
+    "atomic_writes",
     "check_folder",
     "check_writable",
     "content_hash",
+    "create_mapped_array",
     "map_tensors",
-    "mapped_array",
     "npz_arrays",
     "read_bytes",
     "read_metadata",
@@ -30,6 +32,4 @@ __all__ = [
     "read_text",
     "tensor_bytes",
     "write_tensors",
-    "written_together",
-    "written_whole",
 ]

@@ -1,4 +1,4 @@
-"""Write files whole or not at all."""
+"""Writes files atomically: complete or not at all."""
 
 import os
 import stat
@@ -21,54 +21,54 @@ _KINDS = {
 
 
 @contextmanager
-def written_whole(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path to write to; on success what lies there takes the final name, on failure nothing is left.
+def atomic_write(path: str | Path) -> Iterator[Path]:
+    """Yields a temporary path to write to; on success that file takes the final name, on failure nothing is left.
 
-    At each moment, even if this process is killed or the power fails, the final name holds all that was there before or
-    all that is new. Where it is a link, the file that the link leads to is replaced. A file that is replaced hands on
-    its mode. What a killed process left is removed by the next one that writes into that folder.
+    At each moment, even if this process is killed or the power fails, the final name holds either the complete old file
+    or the complete new one. If it is a link, the file that it points to is replaced. A file that is replaced passes on
+    its mode. Remains of a killed process are removed by the next process that writes into that folder.
 
     Args:
         path: The final name. Its folder must exist.
 
     Yields:
-        A path to write to, with the same ending, since many writers choose their format by it.
+        A path to write to, with the same ending, since many writers select their format by it.
 
     Raises:
-        BadOutput: The folder does not exist or cannot be written, the disk is full, or the name is a folder's, a
-            device's, a pipe's or a socket's.
+        BadOutput: The folder does not exist or cannot be written, the disk is full, or the name is that of a folder,
+            device, pipe or socket.
 
     Example:
         >>> import tempfile
         >>> folder = tempfile.mkdtemp()
-        >>> with written_whole(folder + "/a.txt") as temporary:
+        >>> with atomic_write(folder + "/a.txt") as temporary:
         ...     _ = temporary.write_text("whole")
         >>> Path(folder, "a.txt").read_text()
         'whole'
     """
-    with written_together([path]) as (temporary,):
+    with atomic_writes([path]) as (temporary,):
         yield temporary
 
 
 @contextmanager
-def written_together(paths: Sequence[str | Path], *, waiting_in: Path | None = None) -> Iterator[list[Path]]:
-    """Yield a temporary path for each of several files; when all are written, they take their final names in order.
+def atomic_writes(paths: Sequence[str | Path], *, waiting_in: Path | None = None) -> Iterator[list[Path]]:
+    """Yields a temporary path for each of several files; when all are written, they take their final names in order.
 
-    Each file is there whole or not at all, as with `written_whole`. A process that is killed while names are given may
-    leave some files of before among the new ones.
+    Each file is complete or absent, as with `atomic_write`. A process that is killed while names are assigned may leave
+    some old files among the new ones.
 
     Args:
         paths: The final names. Their folders must exist.
-        waiting_in: The folder in which the files wait, on the same disk; left out: the folder of each.
+        waiting_in: Folder for the temporary files, on the same disk; None: the folder of each file.
 
     Yields:
         Paths to write to.
 
     Raises:
-        BadOutput: As `written_whole`, or two of the names are the same file's.
+        BadOutput: A file cannot be written (see `atomic_write`), or two of the names lead to the same file.
     """
     targets = [_target(Path(path)) for path in paths]
-    _refuse_twins(paths, targets)
+    _refuse_duplicates(paths, targets)
     written: dict[str, str | Path] = {}
     try:
         with ExitStack() as stack:
@@ -90,8 +90,8 @@ def written_together(paths: Sequence[str | Path], *, waiting_in: Path | None = N
 
 
 def make_names_lasting(folder: Path) -> None:
-    """Have the disk keep the names in a folder, so that a power failure does not undo a renaming; where it can."""
-    with suppress(OSError):  # Windows opens no folders, some network disks do not know it
+    """Flushes the names in a folder to disk where possible, so that a power failure does not undo a renaming."""
+    with suppress(OSError):  # Windows cannot open folders, and some network disks cannot flush them
         descriptor = os.open(folder, os.O_RDONLY)
         try:
             os.fsync(descriptor)
@@ -100,10 +100,10 @@ def make_names_lasting(folder: Path) -> None:
 
 
 def check_folder(path: str | Path) -> None:
-    """Refuse a folder that could not be made or written to, before hours of work; nothing is made.
+    """Raises before hours of work if a folder cannot be created or written to; creates nothing.
 
     Raises:
-        BadOutput: It is a file, or it, or the folder that it would be made in, cannot be written.
+        BadOutput: It is a file, or it, or the folder in which it would be created, cannot be written.
     """
     path = Path(path)
     cure = "name a folder that can be made or written to"
@@ -119,11 +119,11 @@ def check_folder(path: str | Path) -> None:
 
 
 def check_writable(path: str | Path) -> None:
-    """Refuse a path that could not be written, before hours of work; nothing is made.
+    """Raises before hours of work if a file cannot be written; creates nothing.
 
     Raises:
-        BadOutput: Its folder does not exist or cannot be written, or the path is a folder's, a device's, a pipe's or a
-            socket's.
+        BadOutput: Its folder does not exist or cannot be written, or the path is that of a folder, device, pipe or
+            socket.
     """
     path = Path(path)
     folder = _target(path).parent
@@ -135,7 +135,7 @@ def check_writable(path: str | Path) -> None:
 
 
 def _target(path: Path) -> Path:
-    """The file that a path leads to by way of links, there or not yet; refused where it is no regular file."""
+    """Returns the file that a path leads to through links; raises if it exists and is no regular file."""
     try:
         kind = stat.S_IFMT(path.stat().st_mode)
     except FileNotFoundError:
@@ -150,8 +150,8 @@ def _target(path: Path) -> Path:
     return Path(os.path.realpath(path))
 
 
-def _refuse_twins(paths: Sequence[str | Path], targets: Sequence[Path]) -> None:
-    """Refuse two names, of which one is a link, that lead to one file."""
+def _refuse_duplicates(paths: Sequence[str | Path], targets: Sequence[Path]) -> None:
+    """Raises if two names lead to one file because one of them is a link."""
     first: dict[Path, str | Path] = {}
     for path, target in zip(paths, targets, strict=True):
         if target in first:
@@ -160,13 +160,13 @@ def _refuse_twins(paths: Sequence[str | Path], targets: Sequence[Path]) -> None:
 
 
 def _make_lasting(temporary: Path) -> None:
-    """Have the disk keep what was written, before a name leads to it."""
+    """Flushes a file to disk before a name leads to it."""
     with temporary.open("rb+") as stream:
         os.fsync(stream.fileno())
 
 
 def _hand_on_mode(target: Path, temporary: Path) -> None:
-    """Give a new file the mode of the one that it replaces, and its owner and group where that is allowed."""
+    """Gives a new file the mode of the one that it replaces, and its owner and group if that is allowed."""
     try:
         old = target.stat()
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Files that another file names: beside it or below its folder, and nowhere else."""
+"""Resolves names of files that another file refers to, which must lie in its folder or below."""
 
 from pathlib import Path, PureWindowsPath
 
@@ -6,17 +6,17 @@ from hemline.errors import BadInput
 
 
 def beside(path: str | Path, name: str, what: str, *, error: type[BadInput], cure: str) -> Path:
-    """The place of a file that another one names.
+    """Returns the path of a file that another file names.
 
-    Who sends a file must not choose which others of this machine are read. So names that are absolute, have a drive or
-    lead upwards are refused, and links that lead out of the folder are as well. Nothing is opened.
+    The sender of a file must not choose which other files of this machine are read. Therefore names that are absolute,
+    have a drive or lead upwards are refused, and so are links that lead out of the folder. Nothing is opened.
 
     Args:
-        path: The file that names it.
-        name: What it is called there, with `/` between folders.
-        what: What it is for, for the message, such as "a mesh".
-        error: The class to raise.
-        cure: What to do about it.
+        path: The file that contains the name.
+        name: The name, with `/` between folders.
+        what: Purpose of the named file for the message, such as "a mesh".
+        error: Class of the exception.
+        cure: Cure for the message.
 
     Raises:
         error: The name leads out of the folder of `path`.

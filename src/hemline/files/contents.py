@@ -1,4 +1,4 @@
-"""What a file holds, a model above all, checked piece by piece before anything runs on it."""
+"""Checks the contents of files, mostly of models, piece by piece before they are used."""
 
 from collections.abc import Mapping
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ AGAIN = "copy the file again, or make it with 'hemline fit'"
 
 
 def part(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    """Arrays whose names start with `prefix.`, without it."""
+    """Returns the arrays whose names start with `prefix.`, by the rest of their names."""
     return {name.removeprefix(f"{prefix}."): array for name, array in arrays.items() if name.startswith(f"{prefix}.")}
 
 
@@ -27,19 +27,19 @@ def array_of(
     error: type[BadInput] = BadModel,
     cure: str = AGAIN,
 ) -> np.ndarray:
-    """One array of a file, of exactly that dtype (or one of several) and shape (None: any length).
+    """Returns one array of a file after checking its type and shape.
 
     Args:
         arrays: All arrays of the file.
-        name: The one that is looked for.
-        dtype: Its type, or those that it may have.
-        shape: Its lengths.
-        owner: What an error calls the file.
-        error: The class to raise.
-        cure: What to do about it.
+        name: Name of the array.
+        dtype: Its type, or several allowed types.
+        shape: Its lengths; None for any length.
+        owner: Name of the file in errors.
+        error: Class of the exception.
+        cure: Cure for the message.
 
     Raises:
-        error: It is missing, differs, or holds NaN or infinity.
+        error: The array is missing, has another type or shape, or holds NaN or infinity.
     """
     if name not in arrays:
         raise error(f"{owner} lacks array '{name}'", f"{len(arrays)} others", cure)
@@ -54,10 +54,10 @@ def array_of(
 
 
 def entry(metadata: Mapping[str, Any], name: str, kind: type) -> Any:
-    """One metadata key of a model file, of that type.
+    """Returns one metadata value of a model file after checking its type.
 
     Raises:
-        BadModel: It is missing, or of another type.
+        BadModel: The key is missing, or the value has another type.
     """
     if name not in metadata:
         raise BadModel(f"the model lacks metadata '{name}'", ", ".join(sorted(metadata)), AGAIN)
@@ -67,8 +67,8 @@ def entry(metadata: Mapping[str, Any], name: str, kind: type) -> Any:
 
 
 @contextmanager
-def refused(what: str):
-    """Turn what a damaged part of a model makes Python raise into BadModel."""
+def damage_as_bad_model(what: str):
+    """Context manager that turns the exceptions of a damaged part of a model into BadModel."""
     try:
         yield
     except BadModel:

@@ -1,4 +1,4 @@
-"""glTF 2.0 as it stands: the document, and the arrays that its accessors name. GLB, VRM and glTF with its buffers."""
+"""Reads glTF 2.0 (GLB, VRM, and glTF with its buffers): the document, and the arrays of its accessors."""
 
 import base64
 import binascii
@@ -19,7 +19,7 @@ from .beside import beside
 from .reading import read_bytes
 
 ENDINGS = (".glb", ".vrm", ".gltf", ".vrma")
-"""Endings of such files."""
+"""File endings of glTF files."""
 
 AGAIN = "export it again, as GLB"
 _KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -33,12 +33,12 @@ _FREE = 100_000
 
 @dataclass(eq=False)
 class _Read:
-    """What was read so far."""
+    """Cache of the arrays read so far."""
 
     arrays: dict[int, np.ndarray] = field(default_factory=dict)
-    """By the number of their accessor."""
+    """Arrays by the number of their accessor."""
     numbers: int = 0
-    """How many numbers they have."""
+    """Total number of numbers in them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +46,10 @@ class Gltf:
     """A glTF file.
 
     Attributes:
-        path: Where it was read from.
-        document: Its JSON.
-        buffers: The bytes of each buffer.
-        error: What is raised where a part of it cannot be read.
+        path: Path of the file.
+        document: Its JSON document.
+        buffers: Bytes of each buffer.
+        error: Class of the exception if a part of it cannot be read.
     """
 
     path: Path
@@ -59,89 +59,89 @@ class Gltf:
     _read: _Read = field(default_factory=_Read, repr=False)
 
     @cached_property
-    def most(self) -> int:
-        """How many numbers, or corners of triangles, the file can rightly hold: as many as it has bytes, and some.
+    def number_limit(self) -> int:
+        """Largest number of numbers, or of corners of triangles, that may be made of the file.
 
-        A document may name the same bytes again and again, or none at all, and so ask for any number of arrays. What is
-        made of a file is held below this.
+        It is the number of bytes of the file, plus a constant. A document may name the same bytes again and again, or
+        none at all, and so request any number of arrays; this limit prevents it.
         """
         return _FREE + sum(map(len, self.buffers))
 
     def all(self, name: str) -> list[dict[str, Any]]:
-        """The entries of one of the document's lists; none where it has no such list."""
+        """Returns the entries of one of the document's lists; none if there is no such list."""
         return self.document.get(name, [])
 
     @cached_property
     def extensions(self) -> dict[str, Any]:
-        """What extensions say of the whole file."""
+        """The extensions of the whole file."""
         return self.document.get("extensions", {})
 
     def array(self, accessor: int) -> np.ndarray:
-        """The rows of an accessor, read-only; whole numbers that stand for shares as float32.
+        """Returns the rows of an accessor, read-only; normalised integers become float32.
 
         Args:
-            accessor: Its number.
+            accessor: Number of the accessor.
 
         Raises:
             BadInput: (as `error`) It points outside of its buffer, is compressed, has more than 2,000,000 rows, or has,
-                with all that were read before, more than `most` numbers.
+                together with all accessors read before, more than `number_limit` numbers.
         """
         with self.readable():
             if _index(accessor) not in self._read.arrays:
-                said = self.all("accessors")[accessor]
-                count, width = _index(said["count"]), _WIDTHS[said["type"]]
+                entry = self.all("accessors")[accessor]
+                count, width = _index(entry["count"]), _WIDTHS[entry["type"]]
                 if count > _ROWS_MAX:
                     what = f"{self.path}: a list of vertices or keys may have {_ROWS_MAX} entries"
                     raise self.error(what, count, "reduce its meshes")
                 self._read.numbers += count * width
                 self.refuse_more(self._read.numbers)
-                self._read.arrays[accessor] = self._array(said, count, width)
+                self._read.arrays[accessor] = self._array(entry, count, width)
             return self._read.arrays[accessor]
 
     def refuse_more(self, count: int) -> None:
-        """Refuse to make more numbers than `most`.
+        """Raises if more numbers than `number_limit` are requested.
 
         Raises:
             BadInput: (as `error`) `count` is larger.
         """
-        if count > self.most:
+        if count > self.number_limit:
             what = f"{self.path} asks for more numbers than it can hold"
-            raise self.error(what, f"{count} of a file of {self.most - _FREE} bytes of them", AGAIN)
+            raise self.error(what, f"{count} of a file of {self.number_limit - _FREE} bytes of them", AGAIN)
 
     def beside(self, uri: str) -> bytes:
-        """A file beside this one that it names.
+        """Reads a file beside this one that it names.
 
         Raises:
-            BadInput: (as `error`) It is elsewhere, or cannot be read.
+            BadInput: (as `error`) The file lies elsewhere, or cannot be read.
         """
         return _content(self.path, _place(self.path, uri, "a file", self.error), self.error)
 
-    def _array(self, said: dict[str, Any], count: int, width: int) -> np.ndarray:
-        """An accessor's rows, whose number was looked at."""
-        dtype = np.dtype(_KINDS[said["componentType"]])
-        if "bufferView" in said:
-            rows = self._rows(said["bufferView"], said.get("byteOffset", 0), dtype, width, count)
+    def _array(self, entry: dict[str, Any], count: int, width: int) -> np.ndarray:
+        """Reads the rows of an accessor, whose number was checked before."""
+        dtype = np.dtype(_KINDS[entry["componentType"]])
+        if "bufferView" in entry:
+            rows = self._rows(entry["bufferView"], entry.get("byteOffset", 0), dtype, width, count)
         else:
             rows = np.zeros((count, width), dtype)
-        if sparse := said.get("sparse"):
+        if sparse := entry.get("sparse"):
             where, what = sparse["indices"], sparse["values"]
             kind = np.dtype(_KINDS[where["componentType"]])
             index = self._rows(where["bufferView"], where.get("byteOffset", 0), kind, 1, sparse["count"])[:, 0]
             values = self._rows(what["bufferView"], what.get("byteOffset", 0), dtype, width, sparse["count"])
             rows = rows.copy()
             rows[index] = values
-        if said.get("normalized") and dtype.kind != "f":
+        if entry.get("normalized") and dtype.kind != "f":
             rows = np.maximum(rows.astype(np.float32) / np.iinfo(dtype).max, -1)
         rows.flags.writeable = False
         return rows[:, 0] if width == 1 else rows
 
     def _rows(self, view: int, offset: int, dtype: np.dtype, width: int, count: int) -> np.ndarray:
-        said = self.all("bufferViews")[_index(view)]
-        first = said.get("byteOffset", 0) + offset
-        stride = said.get("byteStride") or dtype.itemsize * width
-        content = self.buffers[_index(said["buffer"])]
+        entry = self.all("bufferViews")[_index(view)]
+        first = entry.get("byteOffset", 0) + offset
+        stride = entry.get("byteStride") or dtype.itemsize * width
+        content = self.buffers[_index(entry["buffer"])]
         last = first + (count - 1) * stride + dtype.itemsize * width if count else first
-        inside = 0 <= first <= last <= len(content) and offset >= 0 and last - first <= said["byteLength"]
+        inside = 0 <= first <= last <= len(content) and offset >= 0 and last - first <= entry["byteLength"]
         if not inside or stride < dtype.itemsize * width:
             raise ValueError("outside of its buffer")
         strides = (stride, dtype.itemsize)
@@ -149,7 +149,7 @@ class Gltf:
 
     @contextmanager
     def readable(self) -> Iterator[None]:
-        """Turn what a damaged document makes Python raise into an error in our words."""
+        """Context manager that turns the exceptions of a damaged document into `error`."""
         try:
             yield
         except HemlineError:
@@ -160,14 +160,14 @@ class Gltf:
 
 
 def read_gltf(path: str | Path, *, error: type[BadInput]) -> Gltf:
-    """Read a GLB, VRM or glTF file; of the latter also the buffers beside it.
+    """Reads a GLB, VRM or glTF file; for glTF also the buffers beside it.
 
     Args:
         path: The file.
-        error: What is raised where it cannot be read.
+        error: Class of the exception.
 
     Raises:
-        BadInput: (as `error`) Missing, damaged, another version, or compressed.
+        BadInput: (as `error`) The file is missing, damaged, of another version, or compressed.
     """
     path = Path(path)
     content = read_bytes(path, _BYTES_MAX, error=error, cure="name a file that exists")
@@ -196,7 +196,7 @@ def read_gltf(path: str | Path, *, error: type[BadInput]) -> Gltf:
 
 
 def _chunks(path: Path, content: bytes, error: type[BadInput]) -> tuple[bytes, bytes | None]:
-    """The text and the binary chunk of a GLB."""
+    """Returns the text and the binary chunk of a GLB."""
     place, found = 12, {}
     while place + 8 <= len(content):
         length, kind = struct.unpack_from("<I4s", content, place)
@@ -211,11 +211,11 @@ def _chunks(path: Path, content: bytes, error: type[BadInput]) -> tuple[bytes, b
 
 
 def _buffers(path: Path, buffers: list[dict], binary: bytes | None, error: type[BadInput]) -> Iterator[bytes]:
-    """The content of each buffer; the binary chunk and each file beside are those of one buffer alone."""
+    """Yields the content of each buffer; no two buffers may share the binary chunk or a file."""
     named: set[Path | None] = set()
     room = _BYTES_MAX
-    for said in buffers:
-        uri, length = said.get("uri"), _index(said["byteLength"])
+    for entry in buffers:
+        uri, length = entry.get("uri"), _index(entry["byteLength"])
         if uri is not None and uri.startswith("data:"):
             content = _of_base64(path, uri, error)
         else:
@@ -245,7 +245,7 @@ def _place(path: Path, uri: str, what: str, error: type[BadInput]) -> Path:
 
 
 def _content(path: Path, place: Path, error: type[BadInput], most: int = _BYTES_MAX) -> bytes:
-    """What a file beside it holds, with a message that says who named it."""
+    """Reads a file beside a glTF file; its error says which file named it."""
     try:
         return read_bytes(place, most, error=error, cure=AGAIN)
     except BadInput as reason:

@@ -1,4 +1,4 @@
-"""The nodes of a glTF file: who is whose parent, and where each is."""
+"""The nodes of a glTF file: their tree and their transforms."""
 
 from dataclasses import dataclass
 
@@ -16,12 +16,12 @@ class Nodes:
     """The tree of nodes.
 
     Attributes:
-        names: Name of each node; `node 3` for one without.
+        names: Name of each node; `node 3` for one without a name.
         parents: Parent of each node, -1 for a root.
         order: All nodes, parents before their children.
-        translations: Place of each relative to its parent [file's unit].
-        rotations: Its rotation, unit quaternions wxyz.
-        scales: Its scale along its own axes [1].
+        translations: Position of each node relative to its parent [unit of the file].
+        rotations: Rotation of each node, unit quaternions wxyz.
+        scales: Scale of each node along its own axes [1].
     """
 
     names: tuple[str, ...]
@@ -33,11 +33,11 @@ class Nodes:
 
     @property
     def locals(self) -> Float[np.ndarray, "nodes 4 4"]:
-        """From each node to its parent."""
+        """Matrices from each node to its parent."""
         return matrices(self.translations, self.rotations, self.scales)
 
-    def placed(self, local: Float[np.ndarray, "... nodes 4 4"]) -> Float[np.ndarray, "... nodes 4 4"]:
-        """From each node to the world, by what takes each to its parent."""
+    def to_world(self, local: Float[np.ndarray, "... nodes 4 4"]) -> Float[np.ndarray, "... nodes 4 4"]:
+        """Returns matrices from each node to the world, given those from each node to its parent."""
         world = np.array(local)
         for node in self.order:
             if self.parents[node] >= 0:
@@ -46,33 +46,33 @@ class Nodes:
 
 
 def read_nodes(gltf: Gltf) -> Nodes:
-    """The nodes of a file.
+    """Reads the nodes of a file.
 
     Raises:
-        BadInput: (as `gltf.error`) A node that is its own ancestor or has two parents, numbers that are none, or more
-            than 10,000 nodes.
+        BadInput: (as `gltf.error`) A node is its own ancestor or has two parents, a number is invalid, or there are
+            more than 10,000 nodes.
     """
     with gltf.readable():
-        said = gltf.all("nodes")
-        if len(said) > _NODES_MAX:
-            raise gltf.error(f"{gltf.path} may have {_NODES_MAX} nodes", len(said), "export one object alone")
-        parents = [-1] * len(said)
-        for node, entry in enumerate(said):
+        entries = gltf.all("nodes")
+        if len(entries) > _NODES_MAX:
+            raise gltf.error(f"{gltf.path} may have {_NODES_MAX} nodes", len(entries), "export one object alone")
+        parents = [-1] * len(entries)
+        for node, entry in enumerate(entries):
             for child in entry.get("children", []):
-                if not 0 <= child < len(said) or parents[child] >= 0 or child == node:
+                if not 0 <= child < len(entries) or parents[child] >= 0 or child == node:
                     raise ValueError("parents")
                 parents[child] = node
-        order = _ordered(parents)
-        parts = [_parts(entry) for entry in said]
-        moved, turned, scaled = (np.array([each[k] for each in parts]).reshape(len(said), -1) for k in range(3))
-        names = tuple(str(entry.get("name") or f"node {node}") for node, entry in enumerate(said))
+        order = _parents_first(parents)
+        parts = [_parts(entry) for entry in entries]
+        moved, turned, scaled = (np.array([each[k] for each in parts]).reshape(len(entries), -1) for k in range(3))
+        names = tuple(str(entry.get("name") or f"node {node}") for node, entry in enumerate(entries))
         return Nodes(names, tuple(parents), order, moved.reshape(-1, 3), turned.reshape(-1, 4), scaled.reshape(-1, 3))
 
 
 def matrices(
     translations: Float[np.ndarray, "... 3"], rotations: Float[np.ndarray, "... 4"], scales: Float[np.ndarray, "... 3"]
 ) -> Float[np.ndarray, "... 4 4"]:
-    """Translation, rotation (unit quaternions wxyz) and scale [1] as matrices that act on columns."""
+    """Returns matrices that act on columns from translation, rotation (unit quaternions wxyz) and scale [1]."""
     w, x, y, z = np.moveaxis(rotations, -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -87,9 +87,9 @@ def matrices(
 
 
 def _parts(entry: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Translation, rotation wxyz and scale of one node."""
+    """Returns translation, rotation wxyz and scale of one node."""
     if "matrix" in entry:
-        moved, turned, scaled = decomposed(np.array(entry["matrix"], np.float64).reshape(4, 4).T)
+        moved, turned, scaled = decompose(np.array(entry["matrix"], np.float64).reshape(4, 4).T)
     else:
         moved = np.array(entry.get("translation", [0, 0, 0]), np.float64)
         turned = np.array(entry.get("rotation", [0, 0, 0, 1]), np.float64)[[3, 0, 1, 2]]
@@ -100,8 +100,8 @@ def _parts(entry: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return moved, turned / length, scaled
 
 
-def decomposed(matrix: Float[np.ndarray, "4 4"]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Translation, rotation (wxyz) and scale of a matrix without shear."""
+def decompose(matrix: Float[np.ndarray, "4 4"]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Returns translation, rotation (wxyz) and scale of a matrix without shear."""
     from scipy.spatial.transform import Rotation
 
     scale = np.linalg.norm(matrix[:3, :3], axis=0)
@@ -111,16 +111,16 @@ def decomposed(matrix: Float[np.ndarray, "4 4"]) -> tuple[np.ndarray, np.ndarray
     return matrix[:3, 3], Rotation.from_matrix(matrix[:3, :3] / scale).as_quat()[[3, 0, 1, 2]], scale
 
 
-def _ordered(parents: list[int]) -> tuple[int, ...]:
-    """Parents before children, roots in their order."""
+def _parents_first(parents: list[int]) -> tuple[int, ...]:
+    """Returns the nodes with parents before children, roots in their order."""
     children: dict[int, list[int]] = {}
     for node, parent in enumerate(parents):
         children.setdefault(parent, []).append(node)
-    order, waiting = [], children.get(-1, [])[::-1]
-    while waiting:
-        node = waiting.pop()
+    order, stack = [], children.get(-1, [])[::-1]
+    while stack:
+        node = stack.pop()
         order.append(node)
-        waiting += children.get(node, [])[::-1]
+        stack += children.get(node, [])[::-1]
     if len(order) != len(parents):
         raise ValueError("a circle of parents")
     return tuple(order)

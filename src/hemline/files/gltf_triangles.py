@@ -1,4 +1,4 @@
-"""Triangles of a primitive of a glTF file."""
+"""The triangles of a primitive of a glTF file."""
 
 from typing import Any
 
@@ -9,18 +9,18 @@ from hemline.arrays import Int
 from .gltf import Gltf
 
 PRIMITIVES_MAX = 10_000
-"""Primitives that are read of a file, at most, each as often as a node shows it."""
+"""Largest number of primitives read from a file, each counted as often as a node shows it."""
 
 
 def triangles(gltf: Gltf, primitive: dict[str, Any]) -> Int[np.ndarray, "faces 3"]:
-    """The triangles of a primitive, as rows of its attributes; none where it draws points or lines.
+    """Returns the triangles of a primitive, as rows of its attributes; none if it draws points or lines.
 
     Args:
         gltf: The file.
-        primitive: The entry of a mesh.
+        primitive: Entry of a mesh in the document.
 
     Raises:
-        BadInput: (as `gltf.error`) A corner that is no vertex, or as `Gltf.array`.
+        BadInput: (as `gltf.error`) A corner is no vertex, or see `Gltf.array`.
     """
     with gltf.readable():
         count = len(gltf.array(primitive["attributes"]["POSITION"]))
@@ -36,7 +36,7 @@ def triangles(gltf: Gltf, primitive: dict[str, Any]) -> Int[np.ndarray, "faces 3
 
 
 def _faces(corners: np.ndarray, mode: int) -> np.ndarray:
-    """Triangles of a list, a strip or a fan."""
+    """Returns the triangles of a list, a strip or a fan."""
     if mode == 4:
         return corners[: len(corners) // 3 * 3].reshape(-1, 3)
     if mode in (5, 6) and len(corners) >= 3:

@@ -1,4 +1,4 @@
-"""Arrays that may be larger than the memory, mapped from files whose room on the disk is taken beforehand."""
+"""Arrays larger than the memory, mapped from files whose disk space is allocated beforehand."""
 
 import errno
 import os
@@ -14,19 +14,19 @@ from hemline.errors import BadOutput
 CURE = "free some room on that disk, or write to another one"
 
 
-def mapped_array(path: str | Path, dtype: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """An array of zeros that is mapped from a `.npy` file, to be written to in place.
+def create_mapped_array(path: str | Path, dtype: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Creates an array of zeros that is mapped from a `.npy` file, to be written in place.
 
-    Where a mapped file has holes, the first write into one needs room on the disk, and where there is none the process
-    is killed by a signal, without a word. So all room is taken here.
+    If a mapped file has holes, the first write into one needs disk space, and without any the process is killed by a
+    signal, without a message. Therefore all space is allocated here.
 
     Args:
-        path: The file; one of that name is replaced.
+        path: The file; an existing one is replaced.
         dtype: Type of the numbers.
-        shape: Lengths of the array.
+        shape: Shape of the array.
 
     Raises:
-        BadOutput: The file cannot be written, or the disk has too little room; nothing is left of it then.
+        BadOutput: The file cannot be written, or the disk has too little space; then no file is left.
     """
     path = Path(path)
     try:
@@ -42,10 +42,10 @@ def mapped_array(path: str | Path, dtype: Any, shape: tuple[int, ...]) -> np.nda
 
 
 def _reserve(path: Path) -> None:
-    """Take the room that a sparse file needs to be filled.
+    """Allocates the disk space that a sparse file needs.
 
     Raises:
-        OSError: There is too little.
+        OSError: There is too little space.
     """
     with path.open("rb+") as stream:
         size = os.fstat(stream.fileno()).st_size
@@ -54,7 +54,7 @@ def _reserve(path: Path) -> None:
                 os.posix_fallocate(stream.fileno(), 0, size)
                 return
             except OSError as reason:
-                # file systems that cannot, such as some of a network
+                # some file systems, such as network ones, cannot allocate
                 if reason.errno not in (errno.EINVAL, errno.EOPNOTSUPP, errno.ENOSYS):
                     raise
     if shutil.disk_usage(path.parent).free < size:

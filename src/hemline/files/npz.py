@@ -1,4 +1,4 @@
-"""Arrays of a foreign npz file, read member by member and never larger than the file says."""
+"""Reads arrays of npz files from other programs, member by member, with limits on their size."""
 
 import io
 import math
@@ -12,7 +12,7 @@ _BYTES_MAX = 2**30
 _MEMBERS_MAX = 10_000
 _UNPACKED_FREE = 2**22
 _UNPACKED_TIMES = 16
-"""What is packed may unpack to so many bytes, and to so many times the file; recorded motion shrinks to a fifth."""
+"""Arrays may unpack to `_UNPACKED_FREE` bytes plus this many times the file; recorded motion packs to a fifth."""
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _HEADER_MAX = 10_000
 _HEADERS = {
@@ -22,21 +22,21 @@ _HEADERS = {
 
 
 class Unreadable(ValueError):
-    """Content that is not made into arrays; the text says what was found."""
+    """Content that cannot be read as arrays; the text says what was found."""
 
 
 def npz_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
-    """Those of the named arrays that an npz file holds; other members are not opened.
+    """Reads the named arrays that an npz file contains; other members are not opened.
 
     Args:
-        content: The whole file.
-        names: Keys to look for.
+        content: Content of the file.
+        names: Names of arrays to read if present.
 
     Returns:
         Arrays of numbers by name, read-only.
 
     Raises:
-        Unreadable: The file is damaged, or a member holds objects (a pickle) or text, or claims more than it has, or
+        Unreadable: The file is damaged, a member holds objects (a pickle) or text or claims more bytes than it has, or
             the arrays are far larger than the file.
     """
     if content.count(b"PK\x01\x02") > _MEMBERS_MAX:
@@ -57,7 +57,7 @@ def npz_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
 
 
 def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str) -> np.ndarray:
-    """One array; nothing is made before its claimed size is compared with the member's."""
+    """Reads one array, after comparing its claimed size with that of the member."""
     if member.compress_type not in _METHODS:
         raise Unreadable(f"'{name}': packed in another way than NumPy does")
     try:
@@ -79,7 +79,7 @@ def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str) -> np.
 
 
 def _header(stream: IO[bytes], name: str) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, whether by columns, and type."""
+    """Reads shape, whether the order is by columns, and type."""
     start = stream.read(np.lib.format.MAGIC_LEN)
     if start[:-2] != np.lib.format.MAGIC_PREFIX:
         raise Unreadable(f"a damaged npz ('{name}' is no array)")

@@ -1,4 +1,4 @@
-"""Read a file that someone else wrote: only a regular one, and only up to a size that its kind can have."""
+"""Reads files from other programs: only regular files, and only up to a size that their kind can have."""
 
 import os
 import stat
@@ -8,17 +8,17 @@ from typing import IO
 from hemline.errors import BadInput
 
 TEXT_MAX = 2**28
-"""Bytes of a text that a clip or a mesh is read from, at most; as numbers it takes several times as much memory."""
+"""Largest size of a text file of a clip or mesh [bytes]; as numbers it takes several times as much memory."""
 
 
 def read_bytes(path: str | Path, most: int, *, error: type[BadInput], cure: str) -> bytes:
-    """The content of a file, whose size is looked at before it is read.
+    """Returns the content of a file, after checking its size.
 
     Args:
         path: The file.
-        most: Its size at most [bytes].
-        error: The class to raise.
-        cure: What to do where it cannot be read.
+        most: Largest size [bytes].
+        error: Class of the exception.
+        cure: Cure for the message if it cannot be read.
 
     Raises:
         error: The file is missing, cannot be read, is a folder, a pipe, a socket or a device, or is larger.
@@ -27,7 +27,7 @@ def read_bytes(path: str | Path, most: int, *, error: type[BadInput], cure: str)
     if not _can_be_named(path):
         raise error(f"cannot read {str(path)[:60]}", "a name that no file can have", cure)
     try:
-        _refuse_other_sorts(path, path.stat().st_mode, error, cure)  # before it is opened, which may do something
+        _refuse_other_sorts(path, path.stat().st_mode, error, cure)  # before opening, which may have side effects
         with open(path, "rb", opener=_without_waiting) as stream:
             _refuse_other_sorts(path, os.fstat(stream.fileno()).st_mode, error, cure)
             return _whole(path, stream, most, error)
@@ -38,26 +38,26 @@ def read_bytes(path: str | Path, most: int, *, error: type[BadInput], cure: str)
 
 
 def read_text(path: str | Path, most: int, *, error: type[BadInput], cure: str, encoding: str, strict: bool) -> str:
-    """The text of a file, read as `read_bytes` does, its lines ending in a line feed alone.
+    """Returns the text of a file, read by `read_bytes`, with line feeds as line ends.
 
     Args:
         path: The file.
-        most: Its size at most [bytes].
-        error: The class to raise.
-        cure: What to do where it cannot be read.
-        encoding: How its letters are written.
-        strict: Whether bytes that are no text raise; otherwise each stands for one unknown letter.
+        most: Largest size [bytes].
+        error: Class of the exception.
+        cure: Cure for the message if it cannot be read.
+        encoding: Encoding of the text.
+        strict: Whether invalid bytes raise; otherwise each is replaced.
 
     Raises:
-        error: As for `read_bytes`.
-        UnicodeDecodeError: Bytes that are no text.
+        error: See `read_bytes`.
+        UnicodeDecodeError: Bytes are invalid in the encoding.
     """
     text = read_bytes(path, most, error=error, cure=cure).decode(encoding, "strict" if strict else "replace")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _can_be_named(path: Path) -> bool:
-    """Whether its letters can be those of a file's name, which half of a surrogate pair or a zero byte cannot."""
+    """Tells whether a path is a possible file name; half of a surrogate pair or a zero byte is not."""
     try:
         return b"\0" not in os.fsencode(path)
     except UnicodeEncodeError:
@@ -65,7 +65,7 @@ def _can_be_named(path: Path) -> bool:
 
 
 def _without_waiting(name: str, flags: int) -> int:
-    """Open a file; a pipe that took its place in the meantime does not wait for a writer."""
+    """Opens a file without blocking; a pipe that took its place in the meantime does not wait for a writer."""
     return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
 
 

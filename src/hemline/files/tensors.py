@@ -1,7 +1,7 @@
 """Arrays and metadata in one safetensors file: bodies, motions, garments, takes, models.
 
 The file's metadata has one key, `hemline`, that holds JSON with sorted keys, so that equal content gives equal bytes.
-What the JSON must hold for each kind of file is specified in `docs/format.md`.
+`docs/format.md` specifies the JSON for each kind of file.
 """
 
 import hashlib
@@ -15,15 +15,15 @@ import numpy as np
 
 from hemline.errors import BadInput
 
-from .atomic import written_whole
-from .container import Container, Untrue, opened
+from .atomic import atomic_write
+from .container import Container, InvalidContainer, open_container
 
 FORMAT_VERSION = 1
 """Version of the container; a file with a higher one is refused."""
 
 
 def tensor_bytes(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> bytes:
-    """The exact bytes that `write_tensors` writes."""
+    """Returns the exact bytes that `write_tensors` writes."""
     from safetensors.numpy import save
 
     # safetensors writes wrong values for arrays that are not C-contiguous, without an error
@@ -33,37 +33,37 @@ def tensor_bytes(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
 
 
 def write_tensors(path: str | Path, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> None:
-    """Write arrays and metadata to `path`, whole or not at all.
+    """Writes arrays and metadata to `path` atomically.
 
     Args:
         path: The file to write.
-        arrays: Name to array; any layout, made contiguous here.
+        arrays: Arrays by name, in any memory layout.
         metadata: JSON-like values; needs a key `kind`.
 
     Raises:
         BadOutput: The path cannot be written.
     """
     content = tensor_bytes(arrays, metadata)
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(content)
 
 
 def read_metadata(
     path: str | Path, kind: str, *, error: type[BadInput] = BadInput, damaged: type[BadInput] | None = None
 ) -> dict[str, Any]:
-    """Read the metadata of a file of the given kind, without its arrays.
+    """Reads the metadata of a file of the given kind, without its arrays.
 
     Args:
         path: The file.
         kind: `body`, `motion`, `motions`, `garment`, `take` or `model`.
-        error: The class to raise.
-        damaged: The class to raise where the file was read and is not whole; None: `error`.
+        error: Class of the exception.
+        damaged: Class of the exception if the file was read and is incomplete; None: `error`.
 
     Raises:
         error: The file is missing, cannot be read, is of another kind or of a future version.
-        damaged: It is truncated, or nothing that hemline wrote.
+        damaged: The file is truncated, or was not written by hemline.
     """
-    with _described(path, kind, error, damaged or error) as (metadata, _):
+    with _open_tensors(path, kind, error, damaged or error) as (metadata, _):
         return metadata
 
 
@@ -75,26 +75,26 @@ def read_tensors(
     damaged: type[BadInput] | None = None,
     finite: bool = True,
 ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Read a file of the given kind: its arrays (writable, C-contiguous) and its metadata.
+    """Reads the arrays (writable, C-contiguous) and the metadata of a file of the given kind.
 
-    No more memory is taken than the arrays need that the file holds.
+    It takes no more memory than the arrays need.
 
     Args:
         path: The file.
-        kind: As for `read_metadata`.
-        error: The class to raise.
-        damaged: As for `read_metadata`.
-        finite: Refuse NaN and infinity in any array.
+        kind: See `read_metadata`.
+        error: Class of the exception.
+        damaged: See `read_metadata`.
+        finite: Whether NaN and infinity in any array are refused.
 
     Raises:
-        error: As for `read_metadata`, or the arrays are larger than the memory.
-        damaged: As for `read_metadata`, or an array holds NaN or infinity.
+        error: See `read_metadata`; or the arrays are larger than the memory.
+        damaged: See `read_metadata`; or an array holds NaN or infinity.
     """
     damaged = damaged or error
-    with _described(path, kind, error, damaged) as (metadata, container):
+    with _open_tensors(path, kind, error, damaged) as (metadata, container):
         try:
             arrays = container.arrays()
-        except Untrue as reason:
+        except InvalidContainer as reason:
             raise damaged(f"{path} is damaged", reason, "copy it again from where it was made") from reason
         if finite:
             for name, array in arrays.items():
@@ -106,30 +106,30 @@ def read_tensors(
 def map_tensors(
     path: str | Path, kind: str, *, error: type[BadInput] = BadInput, damaged: type[BadInput] | None = None
 ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Map a file of the given kind: its arrays, which take memory only as they are looked at, and its metadata.
+    """Maps the arrays of a file of the given kind, which take memory only when accessed, and reads its metadata.
 
-    The arrays cannot be written to, and whether they are finite is not looked at.
+    The arrays are read-only, and are not checked for NaN or infinity.
 
     Args:
-        path: The file; it must stay as it is while the arrays are used.
-        kind: As for `read_metadata`.
-        error: The class to raise.
-        damaged: As for `read_metadata`.
+        path: The file; it must not change while the arrays are in use.
+        kind: See `read_metadata`.
+        error: Class of the exception.
+        damaged: See `read_metadata`.
 
     Raises:
-        error: As for `read_metadata`.
-        damaged: As for `read_metadata`.
+        error: See `read_metadata`.
+        damaged: See `read_metadata`.
     """
     damaged = damaged or error
-    with _described(path, kind, error, damaged) as (metadata, container):
+    with _open_tensors(path, kind, error, damaged) as (metadata, container):
         try:
-            return container.mapped(Path(path)), metadata
-        except Untrue as reason:
+            return container.map_arrays(Path(path)), metadata
+        except InvalidContainer as reason:
             raise damaged(f"{path} is damaged", reason, "copy it again from where it was made") from reason
 
 
 def content_hash(*parts: np.ndarray | str | bytes | Mapping[str, Any] | None) -> str:
-    """A short hash of arrays (with their dtype and shape), text and JSON-like values, in the order given."""
+    """Returns a short hash of arrays (with their dtype and shape), text and JSON-like values, in the order given."""
     digest = hashlib.sha256()
     for part in parts:
         if isinstance(part, np.ndarray):
@@ -146,15 +146,15 @@ def content_hash(*parts: np.ndarray | str | bytes | Mapping[str, Any] | None) ->
 
 
 @contextmanager
-def _described(
+def _open_tensors(
     path: str | Path, kind: str, error: type[BadInput], damaged: type[BadInput]
 ) -> Iterator[tuple[dict[str, Any], Container]]:
-    """A file whose metadata is read and is of that kind, open where its arrays begin."""
+    """Opens a file of a kind; yields its metadata, and the file positioned at its arrays."""
     cure = f"name a {kind} file that hemline wrote (safetensors)"
     try:
-        with opened(path, error, cure) as container:
+        with open_container(path, error, cure) as container:
             yield _metadata(path, kind, container, error), container
-    except Untrue as reason:
+    except InvalidContainer as reason:
         raise damaged(f"{path} is no hemline {kind} file", reason, cure) from reason
 
 
@@ -163,9 +163,9 @@ def _metadata(path: str | Path, kind: str, container: Container, error: type[Bad
         metadata = json.loads(container.header["__metadata__"]["hemline"], parse_constant=_no_number)
         found, version = metadata["kind"], metadata["format"]
     except (ValueError, KeyError, TypeError, RecursionError) as reason:
-        raise Untrue("bytes without a readable header") from reason
+        raise InvalidContainer("bytes without a readable header") from reason
     if type(version) is not int:
-        raise Untrue("bytes without a readable header")
+        raise InvalidContainer("bytes without a readable header")
     if version > FORMAT_VERSION:
         raise error(
             f"{path} has a newer format", f"version {version}", f"this hemline reads up to {FORMAT_VERSION}; upgrade it"
@@ -178,5 +178,5 @@ def _metadata(path: str | Path, kind: str, container: Container, error: type[Bad
 
 
 def _no_number(name: str) -> None:
-    """Refuse NaN and infinity, which `write_tensors` never writes."""
+    """Raises for NaN and infinity, which `write_tensors` never writes."""
     raise ValueError(name)

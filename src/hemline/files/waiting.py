@@ -1,7 +1,7 @@
-"""Hidden folders in which files wait until they are whole, and what becomes of those whose writer was killed.
+"""Hidden folders for files that are being written, and the removal of folders whose writer was killed.
 
-A writer holds a lock on its folder for as long as it lives, and the system ends the lock with the process. So a folder
-whose lock can be taken is one that nobody will ever finish; the next writer beside it removes it.
+A writer locks its folder for as long as it lives, and the system releases the lock with the process. So a folder whose
+lock can be taken is abandoned, and the next writer beside it removes it.
 """
 
 import hashlib
@@ -20,50 +20,50 @@ except ImportError:  # Windows
 
 _MACHINE = hashlib.sha256(platform.node().encode()).hexdigest()[:8]
 PREFIX = f".hemline-writing-{_MACHINE}-"
-"""How the name of such a folder begins; it names the machine, since some network disks keep locks to one machine."""
+"""Prefix of the names of such folders, with the machine, since locks on some network disks hold on one machine only."""
 
 
 @contextmanager
 def waiting_folder(beside: Path) -> Iterator[Path]:
-    """Make a hidden folder for files that are being written; it is removed in the end.
+    """Creates a hidden folder for files that are being written; it is removed at the end of the block.
 
-    What killed writers left in the same place is removed first. On systems and disks without locks it stays.
+    Folders of killed writers in the same place are removed first; on systems and disks without locks they stay.
 
     Args:
-        beside: The folder to make it in, on the disk that the files will lie on.
+        beside: The folder in which to create it, on the disk of the final files.
 
     Yields:
         The hidden folder, which only this user can read.
 
     Raises:
-        OSError: It cannot be made.
+        OSError: The folder cannot be created.
     """
     remove_abandoned(beside)
-    folder, lock = _made(beside)
+    folder, lock = _make_folder(beside)
     try:
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-        release(lock)
+        release_lock(lock)
 
 
 def remove_abandoned(beside: Path) -> None:
-    """Remove the hidden folders of writers that are no longer alive; what cannot be looked at or removed stays."""
+    """Removes the hidden folders of writers that are no longer alive, as far as that is possible."""
     with suppress(OSError):
         for name in os.listdir(beside):
             if name.startswith(PREFIX):
                 _remove_if_abandoned(beside / name)
 
 
-def held(folder: Path) -> int | None:
-    """Take the lock of a folder, which lasts until `release` or until this process ends.
+def take_lock(folder: Path) -> int | None:
+    """Takes the lock of a folder, which lasts until `release_lock` or until this process ends.
 
     Returns:
-        What `release` takes; None: the system, or the disk, has no locks.
+        The lock for `release_lock`; None if the system or the disk has no locks.
 
     Raises:
-        BlockingIOError: A process that is alive holds it.
-        OSError: The folder is not there, is a link, or cannot be opened.
+        BlockingIOError: A living process holds the lock.
+        OSError: The folder is missing, is a link, or cannot be opened.
     """
     if fcntl is None:
         return None
@@ -79,28 +79,28 @@ def held(folder: Path) -> int | None:
     return lock
 
 
-def release(lock: int | None) -> None:
-    """Give back what `held` took."""
+def release_lock(lock: int | None) -> None:
+    """Releases the lock that `take_lock` returned."""
     if lock is not None:
         os.close(lock)
 
 
-def _made(beside: Path) -> tuple[Path, int | None]:
-    """A new folder and its lock; another writer may take it for abandoned before it is locked, then there is a next."""
+def _make_folder(beside: Path) -> tuple[Path, int | None]:
+    """Creates a folder and locks it; tries again if another writer removes it before it is locked."""
     while True:
         folder = beside / (PREFIX + secrets.token_hex(4))
         with suppress(FileExistsError):
             folder.mkdir(mode=0o700)
             with suppress(FileNotFoundError, BlockingIOError):
-                lock = held(folder)
+                lock = take_lock(folder)
                 if folder.exists():
                     return folder, lock
-                release(lock)
+                release_lock(lock)
 
 
 def _remove_if_abandoned(folder: Path) -> None:
     with suppress(OSError):
-        lock = held(folder)
+        lock = take_lock(folder)
         if lock is not None:
             shutil.rmtree(folder, ignore_errors=True)
-            release(lock)
+            release_lock(lock)

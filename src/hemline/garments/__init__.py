@@ -1,4 +1,4 @@
-"""Garments: cloth, pins and material, made or read, worn alone or together."""
+"""Garments: cloth, pins and material. They are made, read from files, and worn alone or in layers."""
 
 from pathlib import Path
 
@@ -17,13 +17,12 @@ from .reading.read import read as read
 from .shipped import explain as explain
 from .shipped import load as load
 from .shipped import names as names
-from .shipped import open_garment as open_garment
-from .worn_together import pieces_apart as pieces_apart
-from .worn_together import worn_together as worn_together
+from .wear_together import split_pieces as split_pieces
+from .wear_together import wear_together as wear_together
 
 
 def write(path: str | Path, garment: Garment) -> None:
-    """Write a garment to a hemline file (safetensors); `read` reads it back.
+    """Writes a garment to a hemline file (safetensors), which `read` reads back.
 
     Raises:
         BadOutput: The path cannot be written.
@@ -46,9 +45,8 @@ __all__ = [
     "make_cape",
     "make_skirt",
     "names",
-    "open_garment",
-    "pieces_apart",
     "read",
-    "worn_together",
+    "split_pieces",
+    "wear_together",
     "write",
 ]

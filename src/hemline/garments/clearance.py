@@ -1,4 +1,4 @@
-"""Cloth moved out of the body at rest."""
+"""Moves cloth out of the body at rest, and smooths displacements over a mesh."""
 
 import numpy as np
 
@@ -11,13 +11,13 @@ _ROUNDS = 12
 def smooth_field(
     field: Float[np.ndarray, "verts 3"], faces: Faces, trust: Float[np.ndarray, " verts"], stiffness: float
 ) -> Float[np.ndarray, "verts 3"]:
-    """Vectors at vertices made smooth over the mesh: argmin_d sum_i t_i |d_i - f_i|^2 + s sum_edges |d_i - d_j|^2.
+    """Smooths vectors over a mesh: argmin_d sum_i t_i |d_i - f_i|^2 + s sum_edges |d_i - d_j|^2.
 
     Args:
         field: Vectors f.
         faces: Triangles.
-        trust: Weights t, how much each vertex keeps its own vector.
-        stiffness: Weight s of neighbours' agreement.
+        trust: Weight t of each vertex's own vector.
+        stiffness: Weight s of the differences between neighbours.
     """
     from scipy.sparse import coo_matrix, diags
     from scipy.sparse.linalg import splu
@@ -30,14 +30,16 @@ def smooth_field(
     return splu(system.tocsc()).solve(field * trust[:, None])
 
 
-def push_out_of_body(vertices: Vertices, tree: ClosestTree, clearance: float, *, fixed: Mask | None = None) -> np.ndarray:
-    """Move vertices that are inside, or closer than the clearance, outward along the body's normal.
+def push_out_of_body(
+    vertices: Vertices, tree: ClosestTree, clearance: float, *, fixed: Mask | None = None
+) -> np.ndarray:
+    """Moves vertices that are inside the body, or closer to it than the clearance, outward along its normal.
 
     Args:
         vertices: Positions of the cloth [m].
         tree: The closed surface of the body.
         clearance: Least distance [m].
-        fixed: Vertices that stay where they are.
+        fixed: Mask of vertices that stay where they are; None: none.
 
     Returns:
         Positions, float64. In a crease narrower than twice the clearance a vertex may stay closer than it.
@@ -52,7 +54,7 @@ def push_out_of_body(vertices: Vertices, tree: ClosestTree, clearance: float, *,
         near = signed < clearance - 1e-6
         if not near.any():
             break
-        # from outside along the way it came, from inside along the surface's normal
+        # vertices outside move away from their closest point, vertices inside along the surface's normal
         away = result[active] - closest.positions
         unit = away / np.maximum(closest.distances[:, None], 1e-12)
         direction = np.where((height > 1e-6)[:, None], unit, outward)

@@ -1,4 +1,4 @@
-"""A garment moved from one shape of a body onto another."""
+"""Moves a garment from one shape of a body onto another."""
 
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -16,12 +16,13 @@ if TYPE_CHECKING:
 
 CLEARANCE = 0.003
 """Least distance between cloth and skin at the start [m]."""
-_NEAR = 0.05
+_FOLLOW_DISTANCE = 0.05
+"""Distance from the skin at which cloth hardly follows it any more [m]."""
 
 
 @lru_cache(maxsize=4)
 def body_tree(shaped: "ShapedBody") -> ClosestTree:
-    """The surface of a body at rest, ready for questions of nearness."""
+    """Returns a search tree over the surface of a body at rest, cached."""
     return ClosestTree(np.asarray(shaped.vertices, np.float64), shaped.body.faces)
 
 
@@ -30,37 +31,37 @@ def dress_vertices(
     faces: Faces,
     rest_edges: Float[np.ndarray, "faces 2 2"],
     pins: Pins,
-    made_on: "ShapedBody",
+    original_body: "ShapedBody",
     shaped: "ShapedBody",
 ) -> Vertices:
-    """Start positions of a garment on another shape of its body.
+    """Returns the start positions of a garment on another shape of its body.
 
     Each vertex moves with the point of the body nearest to it. Vertices farther from the skin trust that point less:
-    their way is smoothed over the mesh (weight exp(-(d / 5 cm)^2)). Pins go where they are bound; at last all is
-    moved out of the body.
+    their displacement is smoothed over the mesh (weight exp(-(d / 5 cm)^2)). Pins go where they are bound. Finally the
+    cloth is moved out of the body.
 
     Args:
         vertices: The garment on its own body [m].
         faces: Its triangles.
         rest_edges: Its flat rest triangles [m].
         pins: Its pins.
-        made_on: Its own body.
+        original_body: The body that it was made on.
         shaped: Another shape of that body.
 
     Returns:
         Positions [m], float64.
     """
-    before, after = body_tree(made_on), body_tree(shaped)
+    before, after = body_tree(original_body), body_tree(shaped)
     closest = before.closest(vertices)
     moved = np.einsum("pc,pcx->px", closest.weights, after.corners[closest.faces])
-    trust = np.exp(-((closest.distances / _NEAR) ** 2)) + 1e-3
-    way = moved - closest.positions
+    trust = np.exp(-((closest.distances / _FOLLOW_DISTANCE) ** 2)) + 1e-3
+    displacement = moved - closest.positions
     pinned = np.zeros(len(vertices), bool)
     pinned[pins.vertices] = True
     at_pins = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
-    way[pins.vertices] = at_pins - vertices[pins.vertices]
+    displacement[pins.vertices] = at_pins - vertices[pins.vertices]
     trust[pinned] = 1e6
     spacing = float(np.sqrt(np.linalg.norm(rest_edges, axis=1)).mean()) ** 2
-    smooth = smooth_field(way, faces, trust, (_NEAR / spacing) ** 2 / 4)
-    smooth[pinned] = way[pinned]
+    smooth = smooth_field(displacement, faces, trust, (_FOLLOW_DISTANCE / spacing) ** 2 / 4)
+    smooth[pinned] = displacement[pinned]
     return push_out_of_body(vertices + smooth, after, CLEARANCE, fixed=pinned)

@@ -13,17 +13,20 @@ from hemline.errors import BadGarment, BadInput
 from hemline.files import content_hash, read_tensors, write_tensors
 from hemline.motions.motion import JOINT_NAMES
 
-from .validation import check_chains, check_pieces, validate_mesh, validate_pins
 from .dressing import dress_vertices
 from .material import Material
-from .pieces import Piece, face_pieces, layered
+from .pieces import Piece, face_pieces, separate_pieces
 from .pins import Pins
+from .validation import check_chains, check_pieces, validate_mesh, validate_pins
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-_SOFT, _HUNG = ("pin_stiffness",), ("pin_joints", "pin_offsets")
-"""Arrays of files with soft pins, and of those with pins on joints."""
+_SOFT_PIN_ARRAYS = ("pin_stiffness",)
+"""Arrays that only files with soft pins have."""
+
+_JOINT_PIN_ARRAYS = ("pin_joints", "pin_offsets")
+"""Arrays that only files with pins on joints have."""
 
 _ARRAYS = ("vertices", "faces", "rest_edges", "pin_vertices", "pin_body_faces", "pin_barycentric", "pin_heights")
 
@@ -37,7 +40,7 @@ class Garment:
     """
 
     name: str
-    """Name by which files and errors call it."""
+    """Name in files and error messages."""
     vertices: Vertices
     """Start positions in the world of the body's rest pose, float32 [m]."""
     faces: Faces
@@ -45,23 +48,23 @@ class Garment:
     rest_edges: Float[np.ndarray, "faces 2 2"]
     """The flat rest triangles, float64: columns are the edges from the first corner to the second and third [m]."""
     material: Material
-    """What it is made of; with several pieces, what the innermost is."""
+    """Material of the cloth; of the innermost piece if there are several."""
     pins: Pins
     """Vertices that follow the body."""
     key_joint: str
     """The joint whose frame carries the garment as a whole: neck for a cape, pelvis for a skirt."""
     chains: Sequence[Sequence[int]] = ()
-    """Rope chains by hand, vertex ids from root to tip; empty: laid out automatically."""
+    """Rope chains that were made by hand, vertex ids from root to tip; empty: they are laid out automatically."""
     body_name: str = "anny24"
-    """The body it was made on."""
+    """Name of the body that it was made on."""
     body_betas: Betas = None  # type: ignore[assignment]  # the mean shape, set below
-    """The shape of that body it was made on, float32."""
+    """Shape of the body that it was made on, float32."""
     flat_rest: bool = True
     """Whether the cloth is flat when nothing bends it; otherwise the rest angles are those of `vertices`."""
     notes: tuple[str, ...] = ()
-    """What was guessed or changed when it was made, and why."""
+    """What was guessed or changed when it was made, and why, one sentence each."""
     pieces: tuple[Piece, ...] = ()
-    """Its pieces of cloth from the skin outwards, where there are several, see `worn_together`."""
+    """Pieces of cloth from the skin outwards; empty if there is just one. See `layers` and `wear_together`."""
 
     def __post_init__(self) -> None:
         betas = () if self.body_betas is None else self.body_betas
@@ -83,25 +86,25 @@ class Garment:
             )
 
     @property
-    def worn(self) -> tuple[Piece, ...]:
-        """Its pieces from the skin outwards, at least one."""
+    def layers(self) -> tuple[Piece, ...]:
+        """Pieces of cloth from the skin outwards, at least one."""
         return self.pieces or (Piece(self.name, len(self.vertices), self.material, self.flat_rest),)
 
     @property
     def face_pieces(self) -> Int[np.ndarray, " faces"]:
         """Number of the piece that each face belongs to."""
-        return face_pieces(self.worn, self.faces)
+        return face_pieces(self.layers, self.faces)
 
     @property
     def densities(self) -> Float[np.ndarray, " faces"]:
         """Area density of each face [kg/m^2]."""
-        return np.array([piece.material.density for piece in self.worn])[self.face_pieces]
+        return np.array([piece.material.density for piece in self.layers])[self.face_pieces]
 
     def in_material(self, material: Material) -> "Garment":
-        """The same garment, made of another material.
+        """Returns this garment made of another material.
 
         Raises:
-            BadGarment: It has several pieces, each with a material of its own.
+            BadGarment: The garment has several pieces, each with a material of its own.
         """
         if self.pieces:
             names = ", ".join(piece.name for piece in self.pieces)
@@ -110,25 +113,25 @@ class Garment:
 
     @cached_property
     def hash(self) -> str:
-        """Short hash of the content; name and notes do not count."""
+        """Short hash of the content without name and notes."""
         metadata = {key: value for key, value in self.metadata().items() if key not in ("name", "notes")}
         return content_hash(*self.arrays().values(), metadata)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All arrays by name, as files hold them; a hard pin has the stiffness 0 there."""
+        """Returns all arrays by name, as files hold them; there a hard pin has the stiffness 0."""
         pins = self.pins
         parts = (pins.vertices, pins.body_faces, pins.barycentric, pins.heights)
         every = (self.vertices, self.faces, self.rest_edges, *parts)
         arrays: dict[str, np.ndarray] = dict(zip(_ARRAYS, every, strict=True))
         hard = np.isinf(pins.stiffness)
         if not hard.all():
-            arrays[_SOFT[0]] = np.where(hard, np.float32(0), pins.stiffness)
+            arrays[_SOFT_PIN_ARRAYS[0]] = np.where(hard, np.float32(0), pins.stiffness)
         if (pins.joints >= 0).any():
-            arrays |= dict(zip(_HUNG, (pins.joints, pins.offsets), strict=True))
+            arrays |= dict(zip(_JOINT_PIN_ARRAYS, (pins.joints, pins.offsets), strict=True))
         return arrays
 
     def metadata(self) -> dict[str, Any]:
-        """All that is no array, as JSON-like values."""
+        """Returns everything that is not an array, as JSON-like values."""
         return {
             "name": self.name,
             "material": self.material.as_dict(),
@@ -142,14 +145,14 @@ class Garment:
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> "Garment":
-        """The garment that `arrays` and `metadata` describe; other keys are ignored.
+        """Makes the garment that `arrays` and `metadata` describe; other keys are ignored.
 
         Raises:
             BadGarment: An array or a key is missing, of the wrong type, or contradicts the others.
         """
         cure = "make the file again"
-        hung = _HUNG if any(name in arrays for name in _HUNG) else ()
-        missing = [name for name in (*_ARRAYS, *hung) if name not in arrays] + [
+        joint_pins = _JOINT_PIN_ARRAYS if any(name in arrays for name in _JOINT_PIN_ARRAYS) else ()
+        missing = [name for name in (*_ARRAYS, *joint_pins) if name not in arrays] + [
             key
             for key in ("name", "material", "key_joint", "body_name", "body_betas", "flat_rest")
             if key not in metadata
@@ -178,7 +181,7 @@ class Garment:
             raise BadGarment("a garment must have readable metadata", "values of the wrong kind", cure) from error
 
     def save(self, path: str | Path) -> None:
-        """Write it to a hemline file (safetensors, kind `garment`).
+        """Writes the garment to a hemline file (safetensors, kind `garment`).
 
         Raises:
             BadOutput: The path cannot be written.
@@ -187,42 +190,42 @@ class Garment:
 
     @classmethod
     def load(cls, path: str | Path) -> "Garment":
-        """Read a hemline file of kind `garment`.
+        """Reads a garment from a hemline file of kind `garment`.
 
         Raises:
-            BadGarment: Missing, damaged, of another kind or of a future version.
+            BadGarment: The file is missing, damaged, of another kind or of a future version.
         """
         return cls.of(*read_tensors(path, "garment", error=BadGarment))
 
     def is_on(self, shaped: "ShapedBody") -> bool:
-        """Whether that is the shape that it lies on."""
+        """Whether the garment lies on that shape of that body."""
         return self.body_name == shaped.body.name and np.array_equal(
             np.trim_zeros(self.body_betas, "b"), np.trim_zeros(shaped.betas, "b")
         )
 
     def check_pins_on(self, shaped: "ShapedBody") -> None:
-        """Refuse a body without the triangles that the pins hang on.
+        """Checks that a body has the triangles that the pins are bound to.
 
         Raises:
-            BadGarment: A pin names a triangle that the body has not.
+            BadGarment: A pin names a triangle that the body does not have.
         """
-        named, count = self.pins.body_faces.max(initial=-1), len(shaped.body.faces)
-        if named >= count:
+        highest, count = self.pins.body_faces.max(initial=-1), len(shaped.body.faces)
+        if highest >= count:
             what = f"garment '{self.name}': pins name a body face that does not exist"
-            raise BadGarment(what, f"{named}; {shaped.body.name} has {count}", "make the garment again on this body")
+            raise BadGarment(what, f"{highest}; {shaped.body.name} has {count}", "make the garment again on this body")
 
     def dressed(self, shaped: "ShapedBody") -> "Garment":
-        """The same garment, cut and cloth unchanged, moved onto another shape of the same body.
+        """Returns this garment moved onto another shape of its body; cut and cloth stay the same.
 
         Args:
             shaped: The body to wear it.
 
         Returns:
-            A garment whose start positions are outside that body and whose pins are on it; itself where it is made on
-            that shape.
+            A garment whose start positions are outside that body and whose pins are on it; the garment itself if it
+            was made on that shape.
 
         Raises:
-            BadGarment: Another body than the one it was made on, or one without the triangles that its pins hang on.
+            BadGarment: The garment was made on another body, or the body lacks triangles that its pins are bound to.
         """
         if shaped.body.name != self.body_name:
             what = f"garment '{self.name}' was made on {self.body_name}"
@@ -232,19 +235,19 @@ class Garment:
             return self
         made_on = shaped.body.shaped(self.body_betas)
         vertices = dress_vertices(self.vertices, self.faces, self.rest_edges, self.pins, made_on, shaped)
-        worn = replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))
-        return worn.layered() if self.pieces else worn
+        dressed = replace(self, vertices=vertices.astype(np.float32), body_betas=np.array(shaped.betas, np.float32))
+        return dressed.separate_pieces() if self.pieces else dressed
 
-    def layered(self) -> "Garment":
-        """The same garment with each piece outside of those beneath it, pins included."""
-        vertices, pins = layered(self.vertices, self.faces, self.pins, self.worn)
+    def separate_pieces(self) -> "Garment":
+        """Returns this garment with each piece moved outside of those beneath it, pins included."""
+        vertices, pins = separate_pieces(self.vertices, self.faces, self.pins, self.layers)
         return replace(self, vertices=vertices, pins=pins)
 
 
 def _pins(arrays: Mapping[str, np.ndarray]) -> Pins:
-    stiffness = arrays.get(_SOFT[0])
+    stiffness = arrays.get(_SOFT_PIN_ARRAYS[0])
     return Pins(
         *(arrays[name] for name in _ARRAYS[3:]),
-        *(arrays.get(name) for name in _HUNG),
+        *(arrays.get(name) for name in _JOINT_PIN_ARRAYS),
         stiffness=None if stiffness is None else np.where(stiffness == 0, np.inf, stiffness),  # type: ignore[arg-type]
     )

@@ -1,4 +1,4 @@
-"""What cloth is made of."""
+"""Materials: physical constants of fabrics."""
 
 from dataclasses import asdict, dataclass, fields
 from difflib import get_close_matches
@@ -6,12 +6,12 @@ from typing import Any
 
 from hemline.errors import BadGarment
 
-from .quoted import quoted
+from .quote import quote
 
 _LARGEST = 1e300
-"""What is beyond is no floating-point number, or nearly none."""
+"""Numbers beyond this hardly fit a floating-point number."""
 
-_MOST = {
+_LIMITS = {
     "density": (20.0, "kg/m^2"),
     "young": (1e6, "N/m"),
     "bending": (1.0, "N m"),
@@ -20,19 +20,19 @@ _MOST = {
     "drag": (10.0, ""),
     "lift": (10.0, ""),
 }
-"""What no cloth reaches: more is a mistaken unit, such as grams, or a modulus per cross-section [Pa]."""
+"""Largest plausible values. More is a mistaken unit, such as grams, or a modulus per cross-section [Pa]."""
 
 
 @dataclass(frozen=True)
 class Material:
-    """Constants of one fabric, isotropic.
+    """Physical constants of an isotropic fabric.
 
     Raises:
-        BadGarment: A constant is not a finite number, or outside of what is physical.
+        BadGarment: A constant is not a finite number, or not physical.
     """
 
     name: str
-    """Name by which errors and files call it."""
+    """Name in files and error messages."""
     density: float
     """Mass per area [kg/m^2]."""
     young: float
@@ -57,13 +57,13 @@ class Material:
             if not number or not abs(value) < _LARGEST:
                 raise BadGarment(
                     f"material '{self.name}': {field.name} must be a finite number",
-                    quoted(value),
+                    quote(value),
                     "give one in SI units",
                 )
             object.__setattr__(self, field.name, float(value))
-        for key, (most, unit) in _MOST.items():
-            if getattr(self, key) > most:
-                what = f"material '{self.name}': {key} must be at most {most:g} {unit}".rstrip()
+        for key, (limit, unit) in _LIMITS.items():
+            if getattr(self, key) > limit:
+                what = f"material '{self.name}': {key} must be at most {limit:g} {unit}".rstrip()
                 raise BadGarment(what, getattr(self, key), "give it in SI units, per area of cloth")
         for key in ("density", "young"):
             if getattr(self, key) <= 0:
@@ -79,16 +79,16 @@ class Material:
             raise BadGarment(f"material '{self.name}': poisson must lie between -1 and 1", self.poisson, "0.3 is usual")
 
     def as_dict(self) -> dict[str, Any]:
-        """All constants by name."""
+        """Returns all constants by name."""
         return asdict(self)
 
     @classmethod
     def of(cls, content: "str | dict[str, Any] | Material") -> "Material":
-        """A material by name, or from a table of constants; what the table leaves out comes from its `base`.
+        """Makes a material from a name or a table of constants. A table may omit what its `base` has.
 
         Args:
             content: A name of `MATERIALS`, or a dict of constants, with the key `base` naming one of `MATERIALS`
-                unless all constants are there. A material is given back as it is.
+                unless all constants are there. A `Material` is returned as it is.
 
         Raises:
             BadGarment: Unknown name, unknown or missing constant.
@@ -97,18 +97,16 @@ class Material:
             return content
         if isinstance(content, str):
             if content not in MATERIALS:
-                raise BadGarment("unknown material", quoted(content), f"did you mean '{_nearest(content, MATERIALS)}'")
+                raise BadGarment("unknown material", quote(content), f"did you mean '{_nearest(content, MATERIALS)}'")
             return MATERIALS[content]
         if not isinstance(content, dict):
-            raise BadGarment(
-                "material must be a name or a table", quoted(content), f"use one of {', '.join(MATERIALS)}"
-            )
+            raise BadGarment("material must be a name or a table", quote(content), f"use one of {', '.join(MATERIALS)}")
         known = [field.name for field in fields(cls)]
         for key in content:
             if key not in (*known, "base"):
                 raise BadGarment(
-                    f"material has no constant {quoted(key)}",
-                    quoted(content[key]),
+                    f"material has no constant {quote(key)}",
+                    quote(content[key]),
                     f"did you mean '{_nearest(key, known)}'",
                 )
         table: dict[str, Any] = dict(content)
@@ -125,7 +123,7 @@ def _nearest(name: str, known: Any) -> str:
     return (get_close_matches(str(name)[:60], list(known), 1, 0.0) or list(known))[0]
 
 
-# Each constant with its source, and which are chosen rather than measured: docs/materials.md.
+# docs/materials.md has the source of each constant, and says which are chosen rather than measured
 MATERIALS: dict[str, Material] = {
     each.name: each
     for each in (

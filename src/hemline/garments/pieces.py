@@ -1,4 +1,4 @@
-"""Pieces of cloth in one garment, from the skin outwards: which is which, and each outside of those beneath it."""
+"""Pieces of cloth in one garment, from the skin outwards, and their separation: each outside of those beneath it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,8 +15,8 @@ from .pins import Pins
 GAP = 0.003
 """Distance between one piece and the next at the start [m]."""
 
-_REACH = 0.03
-"""How far into a piece the next one may start [m]; farther off it is taken to be elsewhere."""
+_DEEPEST_OVERLAP = 0.03
+"""Greatest depth at which a piece may start within the one beneath it; cloth that is farther off is elsewhere [m]."""
 
 _ROUNDS = 8
 
@@ -27,14 +27,14 @@ class Piece:
 
     name: str
     vertex_count: int
-    """Its vertices."""
+    """Number of vertices."""
     material: Material
-    """What it is made of."""
+    """Material of the piece."""
     flat_rest: bool
-    """Whether it is flat when nothing bends it."""
+    """Whether the piece is flat when nothing bends it."""
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON-like values."""
+        """Returns the piece as JSON-like values."""
         return {
             "name": self.name,
             "vertex_count": self.vertex_count,
@@ -44,7 +44,7 @@ class Piece:
 
     @classmethod
     def of(cls, content: Mapping[str, Any]) -> "Piece":
-        """The piece that `as_dict` described."""
+        """Makes the piece that `as_dict` described."""
         return cls(
             str(content["name"]),
             int(content["vertex_count"]),
@@ -54,19 +54,22 @@ class Piece:
 
 
 def face_pieces(pieces: Sequence[Piece], faces: Faces) -> Int[np.ndarray, " faces"]:
-    """Number of the piece that each face belongs to."""
+    """Returns the number of the piece that each face belongs to."""
     ends = np.cumsum([piece.vertex_count for piece in pieces])
     return np.searchsorted(ends, faces[:, 0], side="right")
 
 
-def layered(vertices: Vertices, faces: Faces, pins: Pins, pieces: Sequence[Piece]) -> tuple[Vertices, Pins]:
-    """Vertices of a garment with each piece outside of those beneath it, and its pins moved along.
+def separate_pieces(vertices: Vertices, faces: Faces, pins: Pins, pieces: Sequence[Piece]) -> tuple[Vertices, Pins]:
+    """Moves each piece of a garment outside of those beneath it, and its pins along.
 
     Args:
         vertices: Start positions [m].
         faces: Triangles, piece by piece.
-        pins: On the body; those on its skin are raised, those on joints moved.
-        pieces: From the skin outwards.
+        pins: The garment's pins. Those on the skin are raised, those on joints moved.
+        pieces: The pieces, from the skin outwards.
+
+    Returns:
+        Vertices, float32 [m], and pins.
     """
     moved = np.array(vertices, np.float64)
     bounds = np.cumsum([0, *(piece.vertex_count for piece in pieces)])
@@ -80,16 +83,16 @@ def layered(vertices: Vertices, faces: Faces, pins: Pins, pieces: Sequence[Piece
                 moved[own] = _outside(moved[own], moved[low:high], faces[owner == inner] - low)
             if np.array_equal(before, moved[own]):
                 break
-    way = (moved - vertices)[pins.vertices]
+    displacement = (moved - vertices)[pins.vertices]
     on_skin = pins.joints < 0
-    raised = np.where(on_skin, np.linalg.norm(way, axis=1), 0.0)
-    offsets = pins.offsets + np.where(on_skin[:, None], 0.0, way)
+    raised = np.where(on_skin, np.linalg.norm(displacement, axis=1), 0.0)
+    offsets = pins.offsets + np.where(on_skin[:, None], 0.0, displacement)
     raised_pins = replace(pins, heights=(pins.heights + raised).astype(np.float32), offsets=offsets.astype(np.float32))
     return moved.astype(np.float32), raised_pins
 
 
 def _outside(vertices: np.ndarray, inner: Vertices, faces: Faces) -> np.ndarray:
-    """Vertices near an open surface and less than the gap in front of it, moved there; not those beyond its rim."""
+    """Moves vertices that lie less than the gap in front of an open surface, or behind it; not those beyond its rim."""
     tree = ClosestTree(np.asarray(inner, np.float64), faces)
     closest, result = tree.closest(vertices), vertices.copy()
     outward = tree.outward(closest)
@@ -98,6 +101,6 @@ def _outside(vertices: np.ndarray, inner: Vertices, faces: Faces) -> np.ndarray:
     for loop in boundary_loops(faces):
         on_rim[loop] = True
     beyond = (on_rim[faces[closest.faces]] | (closest.weights <= 0)).all(axis=1)
-    near = (closest.distances < _REACH) & ~beyond & (height < GAP - 1e-6)
+    near = (closest.distances < _DEEPEST_OVERLAP) & ~beyond & (height < GAP - 1e-6)
     result[near] = (closest.positions + 1.0001 * GAP * outward)[near]
     return result

@@ -1,4 +1,4 @@
-"""Which vertices a rule pins, on what, and which joint they hang on."""
+"""Rules of garment files that say which vertices are pinned, and to what."""
 
 import math
 from collections.abc import Sequence
@@ -15,65 +15,65 @@ from hemline.motions.motion import JOINT_NAMES
 
 from .dressing import body_tree
 from .pins import Pins
-from .quoted import quoted
+from .quote import quote
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 SURFACE = "surface"
-"""What a group hangs on unless it names a joint."""
+"""Value of `PinGroup.to` for pins that follow the skin."""
 
 NO_PINS = Pins(np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, 3), np.float32), np.empty(0, np.float32))
-"""Of a garment that nothing is pinned of."""
+"""Pins of a garment without any."""
 
 _CURE = "use vertex ids, 'top_rim', 'boundary:0', 'above:0.4' or 'none'"
 
 
 @dataclass(frozen=True)
 class PinGroup:
-    """Vertices that are pinned in the same way.
+    """Vertices that are pinned in the same way, as a garment file describes them.
 
     Raises:
         BadGarment: An unknown joint, or a stiffness that is not positive.
     """
 
     vertices: tuple[int, ...] | str | None = None
-    """Vertex ids or a rule, see `pinned_vertices`; None: guessed."""
+    """Vertex ids or a rule, see `select_vertices`; None: guessed."""
     to: str = SURFACE
     """`surface`: each vertex follows the point of the skin nearest to it; or the name of a joint that carries them."""
     stiffness: float = math.inf
-    """Of the spring that pulls each vertex [N/m]; infinite: it is put there."""
+    """Stiffness of the spring that pulls each vertex [N/m]; infinite for hard pins."""
 
     def __post_init__(self) -> None:
         if self.to not in (SURFACE, *JOINT_NAMES):
             near = get_close_matches(str(self.to)[:60], (SURFACE, *JOINT_NAMES), 1, 0.0)[0]
-            raise BadGarment("pins hang on a joint that does not exist", quoted(self.to), f"did you mean '{near}'")
+            raise BadGarment("pins hang on a joint that does not exist", quote(self.to), f"did you mean '{near}'")
         if not self.stiffness > 0:
             raise BadGarment("a pin's stiffness must be positive", self.stiffness, "leave it out for a hard pin")
 
     @classmethod
     def of(cls, table: dict[str, Any]) -> "PinGroup":
-        """The group that a TOML table describes.
+        """Makes the group that a TOML table describes.
 
         Raises:
-            BadGarment: An unknown key, a value of the wrong kind, or as the class.
+            BadGarment: An unknown key, or a value of the wrong kind or out of range.
         """
         kinds = {"vertices": "a list of vertex ids or a rule", "to": "'surface' or a joint", "stiffness": "a number"}
         for key, value in table.items():
             if key not in kinds:
                 near = get_close_matches(key[:60], kinds, 1, 0.0)[0]
-                raise BadGarment(f"pins: unknown key '{key[:60]}'", quoted(value), f"did you mean '{near}'")
+                raise BadGarment(f"pins: unknown key '{key[:60]}'", quote(value), f"did you mean '{near}'")
             fits = {
                 "vertices": isinstance(value, str) or is_ids(value),
                 "to": isinstance(value, str),
                 "stiffness": isinstance(value, int | float) and not isinstance(value, bool),
             }
             if not fits[key]:
-                raise BadGarment(f"pins: '{key}' must be {kinds[key]}", quoted(value), "correct it")
-        said = dict(table)
-        if isinstance(said.get("vertices"), list):
-            said["vertices"] = tuple(said["vertices"])
-        return cls(**said)
+                raise BadGarment(f"pins: '{key}' must be {kinds[key]}", quote(value), "correct it")
+        values = dict(table)
+        if isinstance(values.get("vertices"), list):
+            values["vertices"] = tuple(values["vertices"])
+        return cls(**values)
 
 
 def is_ids(value: Any) -> bool:
@@ -81,64 +81,64 @@ def is_ids(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(each, int) and not isinstance(each, bool) for each in value)
 
 
-PinsSaid = tuple[int, ...] | str | tuple[PinGroup, ...] | None
-"""What a TOML may say about pins."""
+PinRule = tuple[int, ...] | str | tuple[PinGroup, ...] | None
+"""Pins as a TOML may describe them: vertex ids, a rule, or groups; None: they are guessed."""
 
 
-def bound_pins(
-    said: PinsSaid, vertices: Vertices, faces: Faces, shaped: "ShapedBody", name: str
+def bind_pins(
+    rule: PinRule, vertices: Vertices, faces: Faces, shaped: "ShapedBody", name: str
 ) -> tuple[Pins, tuple[str, ...]]:
-    """The pins that a garment's file asks for, and notes where they were guessed.
+    """Binds the pins that a garment's file describes, and returns them with notes where they were guessed.
 
     Args:
-        said: Groups, or vertex ids or a rule for a single group of hard pins on the surface.
+        rule: Groups, or vertex ids or a rule for a single group of hard pins on the surface.
         vertices: Positions on the body at rest [m].
         faces: Triangles.
         shaped: The body.
-        name: How errors call the garment.
+        name: Name of the garment in error messages.
 
     Raises:
-        BadGarment: As `pinned_vertices`, or a vertex is in two groups.
+        BadGarment: A rule is wrong, see `select_vertices`, or a vertex is in two groups.
     """
     parts: list[Pins] = []
     notes: tuple[str, ...] = ()
-    for group in _groups(said):
-        ids, said_of_it = pinned_vertices(group.vertices, vertices, faces, name)
-        parts.append(_bound(ids, vertices[ids], group, shaped))
-        notes += said_of_it
-    pins = Pins.merged(parts)
-    seen, times = np.unique(pins.vertices, return_counts=True)
+    for group in _groups(rule):
+        ids, group_notes = select_vertices(group.vertices, vertices, faces, name)
+        parts.append(_bind_group(ids, vertices[ids], group, shaped))
+        notes += group_notes
+    pins = Pins.concatenate(parts)
+    pinned, times = np.unique(pins.vertices, return_counts=True)
     if (times > 1).any():
-        got = f"vertex {seen[times > 1][0]} in two groups"
+        got = f"vertex {pinned[times > 1][0]} in two groups"
         raise BadGarment(f"{name}: each vertex must be pinned once", got, "name it in one group")
     return pins, notes
 
 
-def _groups(said: PinsSaid) -> Sequence[PinGroup]:
-    if isinstance(said, tuple) and said and isinstance(said[0], PinGroup):
-        return cast(tuple[PinGroup, ...], said)
-    return (PinGroup(cast(tuple[int, ...] | str | None, said)),)
+def _groups(rule: PinRule) -> Sequence[PinGroup]:
+    if isinstance(rule, tuple) and rule and isinstance(rule[0], PinGroup):
+        return cast(tuple[PinGroup, ...], rule)
+    return (PinGroup(cast(tuple[int, ...] | str | None, rule)),)
 
 
-def _bound(ids: np.ndarray, positions: np.ndarray, group: PinGroup, shaped: "ShapedBody") -> Pins:
+def _bind_group(ids: np.ndarray, positions: np.ndarray, group: PinGroup, shaped: "ShapedBody") -> Pins:
     if group.to == SURFACE:
-        pins = Pins.bound(ids, positions, body_tree(shaped), shaped.normals)
+        pins = Pins.bind(ids, positions, body_tree(shaped), shaped.normals)
     else:
         pins = Pins.on_joint(ids, positions, JOINT_NAMES.index(group.to), shaped.joints)
-    return pins.softened(group.stiffness)
+    return pins.with_stiffness(group.stiffness)
 
 
-def pinned_vertices(
+def select_vertices(
     rule: tuple[int, ...] | str | None, vertices: Vertices, faces: Faces, name: str
 ) -> tuple[Int[np.ndarray, " pins"], tuple[str, ...]]:
-    """Vertices that a rule names, and a note where it was guessed.
+    """Returns the vertices that a rule names, and a note where they were guessed.
 
     Args:
         rule: Vertex ids; `top_rim`: the open rim that is highest on average; `boundary:N`: the N-th longest rim;
             `above:H`: all vertices higher than H metres above the pelvis; `none`; None guesses `top_rim`.
         vertices: Positions [m].
         faces: Triangles.
-        name: How errors call the garment.
+        name: Name of the garment in error messages.
 
     Raises:
         BadGarment: An unknown rule, a rim or vertex that does not exist, or a rule that names no vertex.
@@ -152,19 +152,19 @@ def pinned_vertices(
         found = np.flatnonzero(vertices[:, 1] > _number(value, rule, name)).astype(np.int32)
         if not len(found):
             raise BadGarment(
-                f"{name}: pins {quoted(rule)} must name vertices",
+                f"{name}: pins {quote(rule)} must name vertices",
                 f"the highest is at {vertices[:, 1].max():.3f} m",
                 "lower it",
             )
         return found, ()
     if kind not in ("top_rim", "boundary"):
-        raise BadGarment(f"{name}: unknown rule for pins", quoted(rule), _CURE)
+        raise BadGarment(f"{name}: unknown rule for pins", quote(rule), _CURE)
     loops = boundary_loops(faces)
     if kind == "boundary":
         number = _number(value, rule, name)
         if not 0 <= number < len(loops):
             raise BadGarment(
-                f"{name}: pins {quoted(rule)} names a rim that does not exist", f"{len(loops)} rims", "count from 0"
+                f"{name}: pins {quote(rule)} names a rim that does not exist", f"{len(loops)} rims", "count from 0"
             )
         return loops[int(number)], ()
     if not loops:
@@ -174,21 +174,21 @@ def pinned_vertices(
     return highest, (guessed,) if rule is None else ()
 
 
-def guessed_key_joint(pins: Pins, shaped: "ShapedBody") -> tuple[str, tuple[str, ...]]:
-    """The joint that the pins follow most, those on the surface by its skin weights, and a note that says so.
+def guess_key_joint(pins: Pins, shaped: "ShapedBody") -> tuple[str, tuple[str, ...]]:
+    """Returns the joint that the pins follow most, and a note that says so. Pins on the skin count by its weights.
 
     Args:
-        pins: Bound pins; without any it is the pelvis.
+        pins: Pins of the garment; if there are none, the joint is the pelvis.
         shaped: The body.
     """
     if not len(pins):
         return "pelvis", ("key joint: pelvis, as nothing is pinned",)
     body = shaped.body
     corner = body.faces[pins.body_faces]
-    hung = pins.joints >= 0
-    share = body.weights[corner] * pins.barycentric[:, :, None] * ~hung[:, None, None]
-    total = np.bincount(body.weight_indices[corner].reshape(-1), share.reshape(-1), len(JOINT_NAMES))
-    total += np.bincount(pins.joints[hung], minlength=len(JOINT_NAMES))
+    on_joint = pins.joints >= 0
+    weights = body.weights[corner] * pins.barycentric[:, :, None] * ~on_joint[:, None, None]
+    total = np.bincount(body.weight_indices[corner].reshape(-1), weights.reshape(-1), len(JOINT_NAMES))
+    total += np.bincount(pins.joints[on_joint], minlength=len(JOINT_NAMES))
     joint = int(total.argmax())
     share_percent = 100 * total[joint] / total.sum()
     return JOINT_NAMES[joint], (f"key joint: {JOINT_NAMES[joint]}, {share_percent:.0f} % of the pins' skin weights",)
@@ -205,4 +205,4 @@ def _number(text: str, rule: str | None, name: str) -> float:
     try:
         return float(text)
     except ValueError as error:
-        raise BadGarment(f"{name}: unknown rule for pins", quoted(rule), _CURE) from error
+        raise BadGarment(f"{name}: unknown rule for pins", quote(rule), _CURE) from error

@@ -1,4 +1,4 @@
-"""Vertices of a garment that follow the body."""
+"""Pins: vertices of a garment that follow the body."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
 _ROUNDS = 24
-_LOWEST = 0.001
+_LEAST_HEIGHT = 0.001
 
 
 @dataclass(frozen=True, eq=False)
 class Pins:
     """Garment vertices bound to the body.
 
-    Each hangs on a barycentric point of its surface, at a height above the skin, or rigidly on a joint. Hard pins put
-    the vertex there; soft ones pull it there with a spring.
+    Each pin is bound to a barycentric point of the body's surface, at a height above the skin, or rigidly to a joint.
+    Hard pins fix the vertex there; soft ones pull it there with a spring.
     """
 
     vertices: Int[np.ndarray, " pins"]
@@ -35,7 +35,7 @@ class Pins:
     joints: Int[np.ndarray, " pins"] = None  # type: ignore[assignment]  # all on the surface, set below
     """Joint that carries the pin, int32; -1 for a pin on the surface."""
     offsets: Float[np.ndarray, "pins 3"] = None  # type: ignore[assignment]  # none, set below
-    """From that joint, along the axes of the body's rest pose, float32 [m]; 0 for a pin on the surface."""
+    """Offset from that joint, along the axes of the body's rest pose, float32 [m]; 0 for a pin on the surface."""
     stiffness: Float[np.ndarray, " pins"] = None  # type: ignore[assignment]  # all hard, set below
     """Stiffness of the spring that pulls the vertex there, float32 [N/m]; infinite for a hard pin."""
 
@@ -53,14 +53,11 @@ class Pins:
         return len(self.vertices)
 
     @classmethod
-    def bound(
-        cls, vertices: Int[np.ndarray, " pins"], positions: Points, tree: ClosestTree, normals: Normals
-    ) -> "Pins":
-        """Bind garment vertices to the body so that `positions` on it gives back where they are.
+    def bind(cls, vertices: Int[np.ndarray, " pins"], positions: Points, tree: ClosestTree, normals: Normals) -> "Pins":
+        """Binds garment vertices to the skin where they are.
 
-        Where x = q + h n with q on the surface and n the interpolated normal there: a damped fixed point on q, the
-        best of 24 rounds.
-        A height below 1 mm is raised to it.
+        Solves x = q + h n, with q on the surface and n the interpolated normal there, by a damped fixed-point iteration
+        on q; the best of 24 rounds is taken. Heights below 1 mm are raised to it.
 
         Args:
             vertices: Garment vertex ids.
@@ -71,26 +68,26 @@ class Pins:
         positions = np.asarray(positions, np.float64)
         count = len(positions)
         faces, weights, heights = np.zeros(count, np.int32), np.zeros((count, 3)), np.zeros(count)
-        missed, offset = np.full(count, np.inf), np.zeros((count, 3))
+        errors, offset = np.full(count, np.inf), np.zeros((count, 3))
         for turn in range(_ROUNDS):
             closest = tree.closest(positions - offset)
             normal = np.einsum("pc,pcx->px", closest.weights, normals[tree.faces[closest.faces]].astype(np.float64))
             normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-            height = np.maximum(((positions - closest.positions) * normal).sum(axis=1), _LOWEST)
-            there = height[:, None] * normal
-            miss = np.linalg.norm(closest.positions + there - positions, axis=1)
-            nearer = miss < missed
+            height = np.maximum(((positions - closest.positions) * normal).sum(axis=1), _LEAST_HEIGHT)
+            above_skin = height[:, None] * normal
+            error = np.linalg.norm(closest.positions + above_skin - positions, axis=1)
+            nearer = error < errors
             faces[nearer], weights[nearer] = closest.faces[nearer], closest.weights[nearer]
-            heights[nearer], missed[nearer] = height[nearer], miss[nearer]
-            # half the way: from far off, full steps would jump to and fro over the skin's bumps
-            offset = there if turn == 0 else (offset + there) / 2
+            heights[nearer], errors[nearer] = height[nearer], error[nearer]
+            # half a step: from far off, full steps would jump to and fro over the skin's bumps
+            offset = above_skin if turn == 0 else (offset + above_skin) / 2
         # rounded, so that another machine's last bits give the same pins
         rounded = weights.round(6).astype(np.float32), heights.round(7).astype(np.float32)
         return cls(np.asarray(vertices, np.int32), faces, *rounded)
 
     @classmethod
     def on_joint(cls, vertices: Int[np.ndarray, " pins"], positions: Points, joint: int, joints: Joints) -> "Pins":
-        """Hang garment vertices on a joint, so that `positions` at rest gives back where they are.
+        """Binds garment vertices rigidly to a joint where they are.
 
         Args:
             vertices: Garment vertex ids.
@@ -111,16 +108,16 @@ class Pins:
         )
 
     @classmethod
-    def merged(cls, parts: Sequence["Pins"]) -> "Pins":
-        """All pins of several sets, in their order; at least one set."""
+    def concatenate(cls, parts: Sequence["Pins"]) -> "Pins":
+        """Returns all pins of several sets, in their order; at least one set."""
         return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 
-    def softened(self, stiffness: float) -> "Pins":
-        """The same pins as springs of that stiffness a vertex [N/m]."""
+    def with_stiffness(self, stiffness: float) -> "Pins":
+        """Returns these pins as springs of the given stiffness per vertex [N/m]."""
         return replace(self, stiffness=np.full(len(self), stiffness, np.float32))
 
     def on(self, posed: "PosedBody") -> Points:
-        """Where the pins are on a posed body [m], in the order of `vertices`."""
+        """Returns the positions of the pins on a posed body [m], in the order of `vertices`."""
         return self.positions(posed.vertices, posed.normals, posed.faces, posed.joints, posed.transforms[:, :, :3])
 
     def positions(
@@ -131,16 +128,16 @@ class Pins:
         joints: Joints,
         rotations: Float[np.ndarray, "joints 3 3"] | None = None,
     ) -> Points:
-        """Where the pins are on a body.
+        """Returns the positions of the pins on a body.
 
-        On the surface x = sum_c w_c v_c + h n, with n the interpolated unit normal; on a joint x = x_j + R_j offset.
+        On the surface, x = sum_c w_c v_c + h n, with n the interpolated unit normal; on a joint, x = x_j + R_j offset.
 
         Args:
             body_vertices: Posed vertices [m].
             body_normals: Their unit normals.
             body_faces: The body's triangles.
             joints: Posed joints [m].
-            rotations: Of the joints since the rest pose; None: none.
+            rotations: Rotations of the joints relative to the rest pose; None: the body is at rest.
 
         Returns:
             Positions of the pinned garment vertices [m], in the order of `vertices`.
@@ -149,10 +146,10 @@ class Pins:
         weight = self.barycentric[:, :, None]
         normal = (body_normals[corner] * weight).sum(axis=1)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-        found = (body_vertices[corner] * weight).sum(axis=1) + self.heights[:, None] * normal
-        hung = self.joints >= 0
-        if hung.any():
-            joint, offset = self.joints[hung], self.offsets[hung]
+        result = (body_vertices[corner] * weight).sum(axis=1) + self.heights[:, None] * normal
+        on_joint = self.joints >= 0
+        if on_joint.any():
+            joint, offset = self.joints[on_joint], self.offsets[on_joint]
             turned = offset if rotations is None else np.einsum("pij,pj->pi", rotations[joint], offset)
-            found[hung] = joints[joint] + turned
-        return found
+            result[on_joint] = joints[joint] + turned
+        return result

@@ -1,4 +1,4 @@
-"""The flat triangles that cloth is cut from."""
+"""Flat rest triangles of cloth."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from hemline.arrays import Faces, Float, Int, Vertices
 
 
 def rest_edges_of_mesh(vertices: Vertices, faces: Faces) -> Float[np.ndarray, "faces 2 2"]:
-    """Each triangle of a mesh laid flat: its first edge along x, the second corner's side above.
+    """Flattens each triangle of a mesh: its first edge points along x, its third corner has y > 0.
 
     Args:
         vertices: Positions [m].
@@ -26,11 +26,11 @@ def rest_edges_of_mesh(vertices: Vertices, faces: Faces) -> Float[np.ndarray, "f
 def rest_edges_of_pattern(
     pattern: Float[np.ndarray, "pattern_verts 2"], pattern_faces: Int[np.ndarray, "faces 3"]
 ) -> Float[np.ndarray, "faces 2 2"]:
-    """Each triangle of a flat pattern; mirrored pieces are mirrored back, so that all areas are positive.
+    """Returns each triangle of a flat pattern; mirrored pieces are mirrored back, so that all areas are positive.
 
     Args:
         pattern: Flat positions [m].
-        pattern_faces: For each corner its row in `pattern`.
+        pattern_faces: Row in `pattern` of each corner.
 
     Returns:
         For each triangle a matrix whose columns are its edges from the first corner, float64 [m].

@@ -1,5 +1,6 @@
-"""Garments by name."""
+"""Garments by name: those that ship, and those that are generated."""
 
+from dataclasses import replace
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
@@ -10,47 +11,64 @@ import numpy as np
 from hemline.errors import BadGarment
 from hemline.garments.cut.cape import LIGHT_VERTEX_COUNT, PAPER_VERTEX_COUNT, make_cape
 from hemline.garments.cut.skirt import LIGHT_SIZE, PAPER_SIZE, make_skirt
-from hemline.garments.reading.read import read
+from hemline.garments.proxy.subdivide_garment import subdivide_garment
+from hemline.garments.reading.read import put_on
 from hemline.motions.motion import JOINT_NAMES
 
 from .garment import Garment
 from .generate import garment_of_spec, is_spec
 from .pins import Pins
-from .wardrobe import wardrobe_garment, wardrobe_names
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
+WARDROBE_FOLDER = Path(__file__).parents[1] / "models" / "wardrobe"
+"""Folder of the clothes that ship as files, all in the light size."""
+
 _CAPES = {"cape": PAPER_VERTEX_COUNT, "cape-light": LIGHT_VERTEX_COUNT}
 _SKIRTS = {"skirt": PAPER_SIZE, "skirt-light": LIGHT_SIZE}
-_NAMES = (*_CAPES, *_SKIRTS, *wardrobe_names())
-_ENDINGS = (".toml", ".obj", ".ply", ".glb", ".gltf", ".stl", ".mhclo", ".safetensors")
+_WARDROBE = tuple(f"{name}{size}" for name in ("tshirt", "longsleeve", "trousers", "dress") for size in ("", "-light"))
+_NAMES = (*_CAPES, *_SKIRTS, *_WARDROBE)
 
 
 def names() -> tuple[str, ...]:
-    """Garments that can be loaded by name."""
+    """Returns the names of the garments that ship."""
     return _NAMES
 
 
-@cache
-def load(name: str = "cape") -> Garment:
-    """A garment by name, made on the mean `anny24` body and kept.
+def is_name(name_or_path: str | Path) -> bool:
+    """Whether a text is the name of a garment rather than the path of a file: files have an ending."""
+    return not Path(name_or_path).suffix or is_spec(str(name_or_path))
+
+
+def load(name: str = "cape", body: "ShapedBody | None" = None, *, dressed: bool = True) -> Garment:
+    """Returns a garment by name.
 
     Args:
         name: `cape` (12,690 vertices), `cape-light` (4,000), `skirt` (18,546), `skirt-light` (3,978); `tshirt`,
             `longsleeve`, `trousers`, `dress`, each of which has four times the triangles of `tshirt-light` and so on;
             or a generated one, `KIND:SEED` or `KIND:SEED@EDGE`, such as `dress:7` and `dress:7@35` (edges of 35 mm).
+        body: The body to wear it; None: the mean `anny24`, for which garments are made once and cached. On a body
+            other than `anny24` it is made anew.
+        dressed: Whether it is moved onto the shape of `body`; otherwise it stays on the mean shape of `anny24`.
 
     Raises:
-        BadGarment: Unknown name.
+        BadGarment: Unknown name, or a garment that cannot be made on that body.
     """
+    if body is not None and body.body.name != "anny24":
+        return _make(name, body)
+    return put_on(_on_mean_body(name), body, dressed=dressed)
+
+
+@cache
+def _on_mean_body(name: str) -> Garment:
     from hemline import bodies
 
-    return _made(name, bodies.load("anny24").shaped())
+    return _make(name, bodies.load("anny24").shaped())
 
 
-def _made(name: str, shaped: "ShapedBody") -> Garment:
-    """A garment by name, made on a body."""
+def _make(name: str, shaped: "ShapedBody") -> Garment:
+    """Makes a garment by name on a body."""
     if is_spec(name):
         return garment_of_spec(name, shaped)
     if name not in _NAMES:
@@ -58,54 +76,44 @@ def _made(name: str, shaped: "ShapedBody") -> Garment:
         raise BadGarment("unknown garment", f"'{name}'", f"did you mean '{near}'; or name a file")
     if name in _CAPES:
         return make_cape(shaped, vertex_count=_CAPES[name], name=name)
-    if name in wardrobe_names():
-        return wardrobe_garment(name, shaped)
-    rows, columns = _SKIRTS[name]
-    return make_skirt(shaped, rows=rows, columns=columns, name=name)
+    if name in _SKIRTS:
+        rows, columns = _SKIRTS[name]
+        return make_skirt(shaped, rows=rows, columns=columns, name=name)
+    return _from_wardrobe(name, shaped)
 
 
-def open_garment(name_or_path: str | Path, body: "ShapedBody | None" = None, *, dressed: bool = True) -> Garment:
-    """A garment by name, or from a file as `read` does, on a body.
-
-    Args:
-        name_or_path: A name of `names()`, a generated one such as `dress:7`, or a path with a known ending.
-        body: The body to wear it; None: the one it was made on. A garment by name is made anew on another body than
-            `anny24`.
-        dressed: Whether it is moved onto `body`; otherwise it stays on the shape that it was made on, as in `read`.
-
-    Raises:
-        BadGarment: Unknown name, or as `read`.
-        BadMesh: As `read`.
-    """
-    if Path(name_or_path).suffix.lower() in _ENDINGS:
-        return read(name_or_path, body, dressed=dressed)
-    if body is not None and body.body.name != "anny24":
-        return _made(str(name_or_path), body)
-    garment = load(str(name_or_path))
-    return garment.dressed(body) if dressed and body is not None else garment
+def _from_wardrobe(name: str, shaped: "ShapedBody") -> Garment:
+    """Reads a garment of the wardrobe and moves it onto a shape of the body that it was made on, `anny24`."""
+    light = Garment.load(WARDROBE_FOLDER / f"{name.removesuffix('-light')}.safetensors")
+    if shaped.body.name != light.body_name:
+        what, cure = f"garment '{name}' was made on {light.body_name}", "try its mesh on: hemline tryon MESH"
+        raise BadGarment(what, f"a body called {shaped.body.name}", cure)
+    on_body = light.dressed(shaped)
+    return replace(on_body if name.endswith("-light") else subdivide_garment(on_body, shaped), name=name)
 
 
 def explain(garment: Garment) -> str:
-    """What a garment is, and what was guessed or changed when it was made, one line each."""
+    """Describes a garment, and what was guessed or changed when it was made, one line each."""
     size = " x ".join(f"{each:.2f}" for each in garment.vertices.max(axis=0) - garment.vertices.min(axis=0))
-    materials = ", ".join(piece.material.name for piece in garment.worn)
+    materials = ", ".join(piece.material.name for piece in garment.layers)
+    pins = _describe_pins(garment.pins)
     lines = [
         f"{garment.name}: {len(garment.vertices)} vertices, {len(garment.faces)} triangles, {size} m",
-        f"material {materials}, {_pinned(garment.pins)}, carried by the {garment.key_joint}, on {garment.body_name}",
+        f"material {materials}, {pins}, carried by the {garment.key_joint}, on {garment.body_name}",
     ]
     return "\n".join(lines + [f"- {note}" for note in garment.notes])
 
 
-def _pinned(pins: Pins) -> str:
+def _describe_pins(pins: Pins) -> str:
     if not len(pins):
         return "no pins"
     on_skin, soft = pins.heights[pins.joints < 0], pins.stiffness[np.isfinite(pins.stiffness)]
-    said = f"{len(pins)} pins"
+    text = f"{len(pins)} pins"
     if len(on_skin):
-        said += f", {1000 * on_skin.min():.1f} to {1000 * on_skin.max():.1f} mm above the skin"
+        text += f", {1000 * on_skin.min():.1f} to {1000 * on_skin.max():.1f} mm above the skin"
     if len(on_skin) < len(pins):
         carriers = sorted({JOINT_NAMES[joint] for joint in pins.joints if joint >= 0})
-        said += f", {len(pins) - len(on_skin)} on joints ({', '.join(carriers)})"
+        text += f", {len(pins) - len(on_skin)} on joints ({', '.join(carriers)})"
     if len(soft):
-        said += f", {len(soft)} of them springs of {soft.min():.3g} to {soft.max():.3g} N/m"
-    return said
+        text += f", {len(soft)} of them springs of {soft.min():.3g} to {soft.max():.3g} N/m"
+    return text

@@ -1,4 +1,4 @@
-"""Whether the parts of a garment fit each other."""
+"""Checks that the parts of a garment agree with each other."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,7 +17,7 @@ from .pins import Pins
 def validate_mesh(
     name: str, vertices: Vertices, faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"]
 ) -> tuple[Vertices, Faces, Float[np.ndarray, "faces 2 2"]]:
-    """Vertices, faces and rest triangles of a garment in their own types, contiguous.
+    """Checks the mesh of a garment and returns vertices, faces and rest triangles, contiguous and in their own types.
 
     Raises:
         BadGarment: A wrong shape, NaN, an index that points nowhere, or a rest triangle without area.
@@ -37,7 +37,7 @@ def validate_mesh(
 
 
 def validate_pins(name: str, pins: Pins, vertex_count: int) -> Pins:
-    """The pins of a garment in their own types, contiguous.
+    """Checks the pins of a garment and returns them, contiguous and in their own types.
 
     Raises:
         BadGarment: A wrong shape, NaN, an index that points nowhere, or a vertex pinned twice.
@@ -64,10 +64,11 @@ def validate_pins(name: str, pins: Pins, vertex_count: int) -> Pins:
 
 
 def check_pieces(name: str, pieces: Sequence[Piece], material: Material, faces: Faces, vertex_count: int) -> None:
-    """Refuse pieces that do not make up the mesh, that share a triangle, or whose innermost is of another material.
+    """Checks the pieces of a garment.
 
     Raises:
-        BadGarment: Any of these.
+        BadGarment: The pieces do not make up the mesh, share a triangle, or the innermost one is of another material
+            than the garment.
     """
     if not pieces:
         return
@@ -85,7 +86,11 @@ def check_pieces(name: str, pieces: Sequence[Piece], material: Material, faces: 
 
 
 def check_chains(chains: Sequence[Sequence[int]], vertex_count: int, name: str) -> None:
-    """Refuse chains of fewer than two vertices, with vertices that do not exist, or that share one."""
+    """Checks rope chains.
+
+    Raises:
+        BadGarment: A chain has fewer than two vertices, names a vertex that does not exist, or shares one with another.
+    """
     used: set[int] = set()
     for number, chain in enumerate(chains):
         if len(chain) < 2:

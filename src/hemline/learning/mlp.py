@@ -11,7 +11,7 @@ from hemline.arrays import Float, Int
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of
 
-from .mlp_kernels import LIFT, SMALLEST, layer
+from .mlp_kernels import HALF_SCALE, SMALLEST_HALF, layer
 
 LAYERS = 3
 """Two hidden layers and the output."""
@@ -28,8 +28,8 @@ class Mlp:
     biases: tuple[Float[np.ndarray, " _outs"], ...]
 
     @classmethod
-    def rounded(cls, weights: list[np.ndarray], biases: list[np.ndarray]) -> Self:
-        """Round trained weights to float16; biases stay float32.
+    def from_weights(cls, weights: list[np.ndarray], biases: list[np.ndarray]) -> Self:
+        """Makes a network from trained weights, rounded to float16; biases stay float32.
 
         Raises:
             BadModel: A weight is too large for float16, or not finite: the training diverged.
@@ -43,46 +43,51 @@ class Mlp:
         )
 
     @cached_property
-    def _packed(self) -> tuple[tuple[Int[np.ndarray, "ins outs"], np.float32], ...]:
-        return tuple(packed(weights) for weights in self.weights)
+    def _half_weights(self) -> tuple[tuple[Int[np.ndarray, "ins outs"], np.float32], ...]:
+        return tuple(pack_weights(weights) for weights in self.weights)
 
     def __call__(self, inputs: Float[np.ndarray, " ins"]) -> Float[np.ndarray, " outs"]:
-        """The output for one input."""
+        """Returns the output for one input."""
         value = inputs
-        for i, ((bits, scale), biases) in enumerate(zip(self._packed, self.biases, strict=True)):
+        for i, ((bits, scale), biases) in enumerate(zip(self._half_weights, self.biases, strict=True)):
             outputs = np.empty(len(biases), np.float32)
             layer(bits, scale, biases, value, i < LAYERS - 1, outputs)
             value = outputs
         return value
 
     def many(self, inputs: Float[np.ndarray, "rows ins"]) -> Float[np.ndarray, "rows outs"]:
-        """The outputs for many inputs, in NumPy; equal to `__call__` up to rounding."""
+        """Returns the outputs for many inputs, computed in NumPy; equal to `__call__` up to rounding."""
         value = np.asarray(inputs, np.float32)
         for i, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
             value = value @ weights.T + biases
             value = np.maximum(value, 0) if i < LAYERS - 1 else value
         return value
 
-    def vanishing_at(self, inputs: Float[np.ndarray, " ins"]) -> "Mlp":
-        """The same network less what it makes of one input: there its output is zero, up to rounding."""
+    def with_zero_at(self, inputs: Float[np.ndarray, " ins"]) -> "Mlp":
+        """Returns this network less its output for one input, for which the new output is zero up to rounding."""
         return replace(self, biases=(*self.biases[:-1], self.biases[-1] - self(inputs)))
 
-    def silent(self) -> "Mlp":
-        """A network of the same widths that answers zero to everything."""
+    def with_zero_output(self) -> "Mlp":
+        """Returns a network of the same widths whose output is always zero."""
         last, shift = np.zeros_like(self.weights[-1]), np.zeros_like(self.biases[-1])
         return replace(self, weights=(*self.weights[:-1], last), biases=(*self.biases[:-1], shift))
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What a model file holds: `weight0..2` float16, `bias0..2` float32."""
+        """Returns the arrays of a model file: `weight0..2` float16, `bias0..2` float32."""
         halves = {f"weight{i}": weights.astype(np.float16) for i, weights in enumerate(self.weights)}
         return halves | {f"bias{i}": biases for i, biases in enumerate(self.biases)}
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, inputs: int, outputs: int) -> Self:
-        """Read one back.
+        """Makes a network from the arrays of a model file.
+
+        Args:
+            arrays: As `arrays` returns them.
+            inputs: Number of inputs.
+            outputs: Number of outputs.
 
         Raises:
-            BadModel: An array is missing or of another type or shape than the layers before and after ask for.
+            BadModel: An array is missing, or its type or shape does not fit the layers beside it.
         """
         weights, biases, width = [], [], inputs
         for i in range(LAYERS):
@@ -95,19 +100,19 @@ class Mlp:
         return cls(tuple(weights), tuple(biases))
 
 
-def packed(weights: Float[np.ndarray, "outs ins"]) -> tuple[Int[np.ndarray, "ins outs"], np.float32]:
-    """Weights as the kernel reads them, and the scale to read them with.
+def pack_weights(weights: Float[np.ndarray, "outs ins"]) -> tuple[Int[np.ndarray, "ins outs"], np.float32]:
+    """Packs weights for the kernel.
 
     All are first multiplied by a power of two, so that the kernel meets no float16 number below the normal ones. That
-    changes no bit where all weights are below 64; else those below a 30,000,000th of the largest become zero.
+    changes no bit where all weights are below 64; otherwise weights below a 30,000,000th of the largest become zero.
 
     Args:
         weights: Values that float16 can hold, as float32.
 
     Returns:
-        Bits of float16 numbers, int16, C-contiguous, and what a sum over inputs is to be multiplied by.
+        Bits of float16 numbers, int16, C-contiguous, and the factor to multiply sums over inputs by.
     """
     lift = min(10, 16 - int(np.frexp(np.abs(weights).max(initial=0.0))[1]))
     lifted = np.ldexp(weights.T, lift)
-    lifted[np.abs(lifted) < SMALLEST] = 0.0
-    return np.ascontiguousarray(lifted.astype(np.float16)).view(np.int16), np.float32(LIFT / 2.0**lift)
+    lifted[np.abs(lifted) < SMALLEST_HALF] = 0.0
+    return np.ascontiguousarray(lifted.astype(np.float16)).view(np.int16), np.float32(HALF_SCALE / 2.0**lift)

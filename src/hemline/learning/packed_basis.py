@@ -1,4 +1,4 @@
-"""Vertices from PCA coefficients: bases packed to 8 bits, unpacked by one kernel."""
+"""PCA bases packed to 8 bits, from which one kernel computes vertices."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from hemline.arrays import Float, Int, Vertices
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of
 
-from .packed_basis_kernels import ROWS, vertices_from_coefficients
+from .packed_basis_kernels import BLOCK_ROWS, vertices_from_coefficients
 
-LIMIT = 127
+LARGEST_DIGIT = 127
 """Largest digit."""
 MOST_COLUMNS = 512
-"""127 x 32767 x columns must stay below 2^31."""
+"""Largest number of columns: 127 x 32767 x columns must stay below 2^31."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class PackedBasis:
     r"""Basis vectors as sums of scaled 8-bit columns.
 
     $B_{rk} \approx \sum_{j: m_j = k} s_j q_{rj}$: each mode has one column, and the modes that move the garment most
-    have a second one that holds what the first left over.
+    have a second one that holds the rounding error of the first.
     """
 
     digits: Int[np.ndarray, "rows columns"]
@@ -32,7 +32,7 @@ class PackedBasis:
     scales: Float[np.ndarray, " columns"]
     """Scale $s$ of each column."""
     modes: Int[np.ndarray, " columns"]
-    """Which mode $m$ a column belongs to, int32."""
+    """Mode $m$ that each column belongs to, int32."""
 
     @property
     def mode_count(self) -> int:
@@ -43,11 +43,11 @@ class PackedBasis:
     def blocks(self) -> Int[np.ndarray, "blocks pairs entries"]:
         """The digits in the order in which the kernel reads them: blocks of rows, then pairs of columns."""
         rows, columns = self.digits.shape
-        blocks = -(-rows // ROWS)
-        padded = np.zeros((blocks * ROWS, columns + columns % 2), np.int8)
+        blocks = -(-rows // BLOCK_ROWS)
+        padded = np.zeros((blocks * BLOCK_ROWS, columns + columns % 2), np.int8)
         padded[:rows, :columns] = self.digits
-        paired = padded.reshape(blocks, ROWS, -1, 2).transpose(0, 2, 1, 3)
-        return np.ascontiguousarray(paired).reshape(blocks, -1, 2 * ROWS)
+        paired = padded.reshape(blocks, BLOCK_ROWS, -1, 2).transpose(0, 2, 1, 3)
+        return np.ascontiguousarray(paired).reshape(blocks, -1, 2 * BLOCK_ROWS)
 
     @cached_property
     def _even(self) -> tuple[np.ndarray, np.ndarray]:
@@ -57,7 +57,7 @@ class PackedBasis:
     def vertices(
         self, coefficients: Float[np.ndarray, " modes"], rest: Vertices, transform: Float[np.ndarray, "3 4"]
     ) -> Vertices:
-        r"""$x = R (x_\mathrm{rest} + B c) + t$ of all vertices [m].
+        r"""Returns $x = R (x_\mathrm{rest} + B c) + t$ of all vertices [m].
 
         Args:
             coefficients: PCA coefficients $c$ [m], float32.
@@ -68,27 +68,15 @@ class PackedBasis:
         vertices_from_coefficients(self.blocks, *self._even, coefficients, rest, transform, out)
         return out
 
-    def vertices_plain(
-        self, coefficients: Float[np.ndarray, " modes"], rest: Vertices, transform: Float[np.ndarray, "3 4"]
-    ) -> Vertices:
-        """The twin of `vertices` in NumPy: the same bits."""
-        wanted = coefficients[self.modes] * self.scales
-        unit = np.abs(wanted).max() / np.float32(32767) if wanted.any() else np.float32(1)
-        weights = np.rint(wanted / unit).astype(np.int64)
-        sums = (self.digits.astype(np.int64) @ weights).astype(np.float32)
-        x, y, z = (rest + (sums * unit).reshape(-1, 3)).T
-        r = transform
-        return np.stack([r[d, 0] * x + r[d, 1] * y + r[d, 2] * z + r[d, 3] for d in range(3)], axis=1)
-
-    def unpacked(self) -> Float[np.ndarray, "modes rows"]:
-        """The basis vectors as they are played, one a row, float32."""
+    def unpack(self) -> Float[np.ndarray, "modes rows"]:
+        """Returns the rounded basis vectors, one a row, float32."""
         basis = np.zeros((self.mode_count, len(self.digits)), np.float32)
         for digit, scale, mode in zip(self.digits.T, self.scales, self.modes, strict=True):
             basis[mode] += scale * digit
         return basis
 
-    def joined(self, other: "PackedBasis") -> "PackedBasis":
-        """Both bases side by side; the coefficients of the other follow."""
+    def concatenate(self, other: "PackedBasis") -> "PackedBasis":
+        """Returns both bases side by side; the coefficients of the other follow."""
         return PackedBasis(
             np.concatenate([self.digits, other.digits], axis=1),
             np.concatenate([self.scales, other.scales]),
@@ -96,17 +84,17 @@ class PackedBasis:
         )
 
     def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> "PackedBasis":
-        """The same basis of some of the vertices."""
+        """Returns this basis restricted to some of the vertices."""
         rows = 3 * np.asarray(kept)[:, None] + np.arange(3)
         return PackedBasis(np.ascontiguousarray(self.digits[rows.reshape(-1)]), self.scales, self.modes)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What a model file holds."""
+        """Returns the arrays of a model file."""
         return {"digits": self.digits, "scales": self.scales, "modes": self.modes}
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, vertex_count: int) -> Self:
-        """Read one back.
+        """Makes a basis from the arrays of a model file.
 
         Raises:
             BadModel: An array is missing or of another type or shape, or modes are not numbered without a gap.
@@ -126,12 +114,12 @@ class PackedBasis:
 def pack_basis(
     basis: Float[np.ndarray, "modes rows"], deviations: Float[np.ndarray, " modes"], *, extra: int = 0
 ) -> PackedBasis:
-    """Pack basis vectors to 8 bits.
+    """Packs basis vectors to 8 bits.
 
     Args:
         basis: Basis vectors, one a row.
-        deviations: How large the coefficient of each is, root mean square [m].
-        extra: Second columns to give to the modes whose rounding moves the garment most.
+        deviations: Root mean square of the coefficient of each [m].
+        extra: Number of second columns, for the modes whose rounding moves the garment most.
 
     Returns:
         The packed basis; columns are ordered by mode, second columns last.
@@ -148,8 +136,8 @@ def pack_basis(
 
 
 def _scale(vector: np.ndarray) -> np.float32:
-    return np.float32(max(np.abs(vector).max(initial=0.0), 1e-12) / LIMIT)
+    return np.float32(max(np.abs(vector).max(initial=0.0), 1e-12) / LARGEST_DIGIT)
 
 
 def _digits(vector: np.ndarray, scale: np.float32) -> np.ndarray:
-    return np.clip(np.rint(vector / scale), -LIMIT, LIMIT).astype(np.int8)
+    return np.clip(np.rint(vector / scale), -LARGEST_DIGIT, LARGEST_DIGIT).astype(np.int8)

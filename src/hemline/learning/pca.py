@@ -1,4 +1,4 @@
-"""Principal components of what a linear map makes, and projections of large frames, strip by strip."""
+"""Principal components of the outputs of a linear map, and projections of large frames, strip by strip."""
 
 import functools
 from collections.abc import Callable, Iterator
@@ -9,11 +9,11 @@ import numpy as np
 from hemline.arrays import Float
 from hemline.errors import BadDataset
 
-STRIP = 4096
+ROWS_PER_STRIP = 4096
 """Rows (vertex coordinates) handled at a time."""
 
 Strips = Callable[[slice], Float[np.ndarray, "frames strip"]]
-"""Gives the displacements of all frames at some rows, float32."""
+"""A function that returns the displacements of all frames at some rows, float32."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,10 @@ class Pca:
     deviations: Float[np.ndarray, " modes"]
     """Root mean square of each coefficient [m]."""
     explained: float
-    """Share of the mean square displacement that the basis holds."""
+    """Fraction of the mean square displacement that the basis spans."""
 
     def coefficients(self, strips: Strips) -> Float[np.ndarray, "frames modes"]:
-        r"""$c = B u$ of each frame [m], float32."""
+        r"""Returns $c = B u$ of each frame [m], float32."""
         parts = (strips(at) @ self.basis[:, at].T for at in _strips(self.basis.shape[1]))
         return functools.reduce(np.add, parts)
 
@@ -39,26 +39,27 @@ def principal_of_map(
     inputs: Float[np.ndarray, "frames ins"],
     count: int,
 ) -> Pca:
-    r"""The first principal directions of what a linear map $A x + a$ makes of given inputs, about zero.
+    r"""Returns the first principal directions, about zero, of the outputs of a linear map $A x + a$ for given inputs.
 
-    With $[A\ a] = Y$ and $S$ the second moments of $(x, 1)$ those are the left singular vectors of $Y S^{1/2}$: the
-    work grows with the inputs, not with the frames. The identity gives those of the inputs themselves.
+    With $[A\ a] = Y$ and $S$ the second moments of $(x, 1)$ these are the left singular vectors of $Y S^{1/2}$: the
+    work grows with the inputs, not with the frames. The identity gives the directions of the inputs.
 
     Args:
         matrix: $A$.
         offset: $a$.
         inputs: $x$.
-        count: Directions wanted; fewer come back where the map has a lower rank.
+        count: Number of directions; fewer are returned if the map has a lower rank.
 
     Returns:
         The basis; the sign of a vector is such that its largest entry is positive.
 
     Raises:
-        BadDataset: The map makes nothing but zeros.
+        BadDataset: All outputs are zero.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 7 ("a standard PCA model"). Differs: the mean is not removed first, so that
-        coefficients of zero are the rest drape; it costs one direction. Of what a map makes, not of the frames.
+        coefficients of zero are the rest drape, which costs one direction. The outputs of a map are analysed, not the
+        frames.
     """
     whole = np.column_stack([matrix, offset]).astype(np.float64)
     ones = np.column_stack([inputs, np.ones(len(inputs))]).astype(np.float64)
@@ -78,30 +79,30 @@ def principal_of_map(
 def principal_of_rows(
     rows: Float[np.ndarray, "rows entries"], count: int
 ) -> tuple[Float[np.ndarray, "modes entries"], Float[np.ndarray, "rows modes"]]:
-    """The first principal directions of few long rows, about zero, and their coefficients.
+    """Returns the first principal directions of few long rows, about zero, and their coefficients.
 
-    By the products of the rows with each other: many times faster than a singular value decomposition of the rows.
-    Directions that hold less than a billionth of the largest one's variance are left out.
+    It uses the products of the rows with each other, which is many times faster than a singular value decomposition.
+    Directions with less than a billionth of the largest variance are dropped.
 
     Args:
         rows: Few rows of many entries.
-        count: How many directions, at most.
+        count: Number of directions, at most.
     """
     values, vectors = _leading(rows @ rows.T, count)
-    kept = values > 1e-9 * values[:1].max(initial=1e-30)
-    sizes = np.sqrt(values[kept])
-    coefficients = vectors[:, kept] * sizes
+    large = values > 1e-9 * values[:1].max(initial=1e-30)
+    sizes = np.sqrt(values[large])
+    coefficients = vectors[:, large] * sizes
     return coefficients.T @ rows / (sizes**2)[:, None], coefficients
 
 
 def deviations_of(coefficients: Float[np.ndarray, "rows modes"]) -> Float[np.ndarray, " modes"]:
-    """How large each coefficient is: its root mean square over the rows."""
+    """Returns the root mean square of each coefficient over the rows."""
     return np.sqrt((coefficients**2).mean(axis=0))
 
 
 def _strips(rows: int) -> Iterator[slice]:
-    for first in range(0, rows, STRIP):
-        yield slice(first, min(first + STRIP, rows))
+    for first in range(0, rows, ROWS_PER_STRIP):
+        yield slice(first, min(first + ROWS_PER_STRIP, rows))
 
 
 def _leading(gram: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

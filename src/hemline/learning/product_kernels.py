@@ -1,4 +1,4 @@
-"""Compiled: products of matrices, for kernels that multiply within a parallel loop, where BLAS would start threads."""
+"""Compiled: matrix products for kernels that multiply within a parallel loop, where BLAS would start threads."""
 
 import llvmlite.ir as ir
 import numpy as np
@@ -8,9 +8,9 @@ from hemline.compiled import cgutils, intrinsic, kernel, types
 LANES = 16
 """Columns in a vector."""
 ROWS, COLUMNS = 6, 2 * LANES
-"""Entries of the product that are kept in registers: rows, columns."""
+"""Rows and columns of the product that are kept in registers."""
 DEPTH = 256
-"""Rows of the right factor that are laid side by side at once: they fit the nearest cache."""
+"""Rows of the right factor that are copied into a panel at once; they fit the nearest cache."""
 
 _FLOAT, _INT32, _INT64 = ir.FloatType(), ir.IntType(32), ir.IntType(64)
 _VECTOR = ir.VectorType(_FLOAT, LANES)
@@ -19,15 +19,15 @@ _FUSED = ("contract",)
 
 
 def _make_tile(rows: int):
-    """Make the function that adds to `rows` x COLUMNS entries of a product."""
+    """Makes the function that adds to `rows` x COLUMNS entries of a product."""
 
     @intrinsic
     def tile(typing, left, left_row, left_step, right, right_step, depth, out, out_row):
-        """Out += left right, for a tile.
+        """Computes `out += left right` for a tile.
 
-        # in: left, right: views that begin at the tile's first entries; how far apart the rows and the steps along the
-        #     inner axis are in them [entries]; columns of `right` and `out` lie side by side
-        # in and out: out
+        Reads: left, right: views that begin at the tile's first entries; left_row, left_step, right_step: distances in
+            entries between rows of `left` and between steps along the inner axis; columns lie side by side.
+        Writes: out, rows of which are out_row entries apart.
         """
 
         def generate(context, builder, signature, arguments):
@@ -43,7 +43,7 @@ def _make_tile(rows: int):
             def vector_at(base, offset):
                 return builder.bitcast(builder.gep(base, [offset]), _VECTOR.as_pointer())
 
-            def spread(value):
+            def broadcast(value):
                 nothing = ir.Constant(_VECTOR, ir.Undefined)
                 return builder.shuffle_vector(
                     builder.insert_element(nothing, value, ir.Constant(_INT32, 0)), nothing, _FIRST
@@ -65,7 +65,7 @@ def _make_tile(rows: int):
                 step = builder.mul(loop.index, a_step)
                 for row in range(rows):
                     at = builder.add(step, builder.mul(a_row, number(row)))
-                    each = spread(builder.load(builder.gep(a, [at])))
+                    each = broadcast(builder.load(builder.gep(a, [at])))
                     for half, right_part in enumerate(wide):
                         product = builder.fmul(each, right_part, flags=_FUSED)
                         total = builder.fadd(builder.load(sums[row, half]), product, flags=_FUSED)
@@ -83,9 +83,11 @@ _many_rows, _one_row = _make_tile(ROWS), _make_tile(1)
 
 @kernel(fastmath={"contract"})
 def add_product(left, right, out):
-    """`out += left right` for float32; `left` may be a transposed view, columns of the others lie side by side."""
-    # in: left (n,k), right (k,m)
-    # in and out: out (n,m)
+    """Computes `out += left right` in float32.
+
+    Reads: left (n, k), which may be a transposed view; right (k, m), its columns side by side.
+    Writes: out (n, m), its columns side by side.
+    """
     count, depth = left.shape
     width = right.shape[1]
     row, step, out_row = left.strides[0] // 4, left.strides[1] // 4, out.strides[0] // 4
@@ -104,14 +106,18 @@ def add_product(left, right, out):
     if whole < width:
         for i in range(count):
             for k in range(depth):
-                share = left[i, k]
+                factor = left[i, k]
                 for j in range(whole, width):
-                    out[i, j] += share * right[k, j]
+                    out[i, j] += factor * right[k, j]
 
 
 @kernel
 def product(left, right, out):
-    """`out = left right`, as `add_product`."""
+    """Computes `out = left right` in float32.
+
+    Reads: left (n, k), right (k, m).
+    Writes: out (n, m).
+    """
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             out[i, j] = np.float32(0.0)

@@ -1,4 +1,4 @@
-"""Ridge regression: the linear map that is best on inputs with noise."""
+"""Ridge regression: the linear map with the least error on inputs with noise."""
 
 from collections.abc import Callable
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 
-CHUNK = 256
-"""Frames of many outputs that are handled at a time."""
+FRAMES_PER_BATCH = 256
+"""Frames of many outputs that are processed at a time."""
 
 
 def ridge(
@@ -16,7 +16,7 @@ def ridge(
     noise: Float[np.ndarray, " ins"],
     weights: Float[np.ndarray, " frames"] | None = None,
 ) -> tuple[Float[np.ndarray, "outs ins"], Float[np.ndarray, " outs"]]:
-    r"""The linear map with the least mean square error on inputs that carry noise.
+    r"""Returns the linear map with the least mean square error on inputs that carry noise.
 
     $$A = C_{yx} (C_{xx} + \mathrm{diag}(\sigma^2))^{-1}, \qquad a = \bar y - A \bar x$$
 
@@ -24,7 +24,7 @@ def ridge(
         inputs: Inputs $x$.
         outputs: Outputs $y$.
         noise: Standard deviation $\sigma$ of the noise on each input.
-        weights: How much each frame counts; None: all the same.
+        weights: Weight of each frame; None: all are equal.
 
     Returns:
         $A$ and $a$, float64.
@@ -32,11 +32,11 @@ def ridge(
     Source: Bishop, "Training with noise is equivalent to Tikhonov regularization", 1995.
     """
     x, y = inputs.astype(np.float64), outputs.astype(np.float64)
-    share = np.full(len(x), 1 / len(x)) if weights is None else weights / weights.sum()
-    x_mean, y_mean = share @ x, share @ y
+    fraction = np.full(len(x), 1 / len(x)) if weights is None else weights / weights.sum()
+    x_mean, y_mean = fraction @ x, fraction @ y
     x, y = x - x_mean, y - y_mean
-    counted = x.T * share
-    matrix = np.linalg.solve(counted @ x + np.diag(noise.astype(np.float64) ** 2), counted @ y).T
+    weighted = x.T * fraction
+    matrix = np.linalg.solve(weighted @ x + np.diag(noise.astype(np.float64) ** 2), weighted @ y).T
     return matrix, y_mean - matrix @ x_mean
 
 
@@ -46,22 +46,22 @@ def wide_ridge(
     frames: Int[np.ndarray, " train"],
     noise: Float[np.ndarray, " ins"],
 ) -> tuple[Float[np.ndarray, "outs ins"], Float[np.ndarray, " outs"]]:
-    """As `ridge`, for outputs that are too many to be held at once.
+    """Returns the map of `ridge` for outputs that are too many to keep in memory at once.
 
     Args:
         inputs: Inputs of all frames.
-        outputs: Gives the outputs of some frames, float32.
+        outputs: Returns the outputs of some frames, float32.
         frames: The frames to fit to.
-        noise: As for `ridge`.
+        noise: Standard deviation of the noise on each input.
 
     Returns:
-        As `ridge`, float32.
+        $A$ and $a$, float32.
     """
     x_mean = inputs[frames].mean(axis=0, dtype=np.float64)
     x = (inputs[frames] - x_mean).astype(np.float32)
     products, y_mean = np.zeros(()), np.zeros(())
-    for first in range(0, len(frames), CHUNK):
-        some = slice(first, first + CHUNK)
+    for first in range(0, len(frames), FRAMES_PER_BATCH):
+        some = slice(first, first + FRAMES_PER_BATCH)
         y = outputs(frames[some])
         products, y_mean = products + x[some].T @ y, y_mean + y.sum(axis=0, dtype=np.float64)
     square = x.T.astype(np.float64) @ x / len(x) + np.diag(noise.astype(np.float64) ** 2)

@@ -4,49 +4,48 @@ from .boundary_loops import boundary_loops as boundary_loops
 from .closest_points import ClosestPoints as ClosestPoints
 from .closest_points import ClosestTree as ClosestTree
 from .closest_points import closest_points_on_mesh as closest_points_on_mesh
-from .coarsening.coarser import CoarserMesh as CoarserMesh
-from .coarsening.coarser import coarser as coarser
+from .coarsening.coarsen import CoarseMesh as CoarseMesh
+from .coarsening.coarsen import coarsen as coarsen
 from .components import components as components
+from .convex_weights import fit_convex_weights as fit_convex_weights
+from .convex_weights import project_to_simplex as project_to_simplex
 from .edge_strains import edge_lengths as edge_lengths
 from .edge_strains import edge_strains as edge_strains
 from .edge_strains import rest_lengths as rest_lengths
 from .edge_strains import strains as strains
 from .edges import edges as edges
 from .geodesics.geodesic_distances import geodesic_distances as geodesic_distances
-from .geodesics.geodesic_points import SurfaceWays as SurfaceWays
+from .geodesics.geodesic_points import GeodesicMesh as GeodesicMesh
 from .normals import face_areas as face_areas
 from .normals import face_normals as face_normals
 from .normals import vertex_normals as vertex_normals
 from .reading.checks import check_mesh as check_mesh
 from .reading.checks import consistent_winding as consistent_winding
 from .reading.mesh import ReadMesh as ReadMesh
+from .reading.mesh import weld as weld
 from .reading.read_mesh import read_mesh as read_mesh
 from .reading.read_obj import read_obj as read_obj
-from .reading.welded import welded as welded
 from .rigid_bones import RigidBones as RigidBones
+from .rigid_bones import fit_weights as fit_weights
 from .rigid_bones import rigid_bones as rigid_bones
-from .rigid_bones import weighted as weighted
 from .self_crossings import crossing_edges as crossing_edges
 from .self_crossings import self_crossings as self_crossings
-from .shares import best_shares as best_shares
-from .shares import onto_shares as onto_shares
 from .shell import Shell as Shell
 from .shell import shell as shell
-from .subdivided import subdivided as subdivided
+from .subdivide import subdivide as subdivide
 
 __all__ = [
     "ClosestPoints",
     "ClosestTree",
-    "CoarserMesh",
+    "CoarseMesh",
+    "GeodesicMesh",
     "ReadMesh",
     "RigidBones",
     "Shell",
-    "SurfaceWays",
-    "best_shares",
     "boundary_loops",
     "check_mesh",
     "closest_points_on_mesh",
-    "coarser",
+    "coarsen",
     "components",
     "consistent_winding",
     "crossing_edges",
@@ -55,8 +54,10 @@ __all__ = [
     "edges",
     "face_areas",
     "face_normals",
+    "fit_convex_weights",
+    "fit_weights",
     "geodesic_distances",
-    "onto_shares",
+    "project_to_simplex",
     "read_mesh",
     "read_obj",
     "rest_lengths",
@@ -64,8 +65,7 @@ __all__ = [
     "self_crossings",
     "shell",
     "strains",
-    "subdivided",
+    "subdivide",
     "vertex_normals",
-    "weighted",
-    "welded",
+    "weld",
 ]

@@ -8,16 +8,16 @@ from .edges import directed_edges
 
 
 def boundary_loops(faces: Faces) -> tuple[Int[np.ndarray, " loop"], ...]:
-    """Vertices of each open rim in order, the longest rim first.
+    """Returns the vertices of each open rim in order, the longest rim first.
 
-    A rim runs against the direction of its triangles, so that seen from outside the hole is on its left. Winding must
-    be consistent and each rim vertex must lie on one rim only; elsewhere the rim is split where it touches itself.
+    A rim runs against the direction of its triangles: seen from outside, the hole is on its left. Winding must
+    be consistent and each rim vertex must lie on one rim only; a rim that touches itself is split there.
 
     Args:
         faces: Triangles.
 
     Returns:
-        One array of vertex ids a rim, int32; empty for a closed mesh.
+        One array of vertex ids for each rim, int32; an empty tuple for a closed mesh.
 
     Example:
         >>> [loop.tolist() for loop in boundary_loops(np.array([[0, 1, 2]]))]
@@ -39,7 +39,7 @@ def _rim_edges(faces: Faces) -> np.ndarray:
 
 
 def _loops_from(start: int, following: dict[int, list[int]]) -> list[list[int]]:
-    """Walk from `start` until the walk ends, cutting off a loop each time it meets itself."""
+    """Walks from `start` until the walk ends, cutting off a loop each time it meets itself."""
     path, loops, at = [start], [], {start: 0}
     while path and following.get(path[-1]):
         vertex = path[-1]

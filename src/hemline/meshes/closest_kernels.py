@@ -1,4 +1,4 @@
-"""Compiled: nearest point of a triangle mesh, by a tree of boxes; exact."""
+"""Compiled: the nearest point of a triangle mesh, exact, by a tree of boxes."""
 
 import numpy as np
 
@@ -16,12 +16,15 @@ def _box_distance(point, low, high):
 
 @kernel
 def corner_weights(point, a, b, c):
-    """Barycentric weights of the point of triangle a b c nearest to `point` (Ericson 2005, section 5.1.5).
+    """Finds the point of triangle a b c nearest to `point` (Ericson 2005, section 5.1.5).
 
     Two other kernels find the same regions, with other last bits: `collide.surface.surface_kernels.nearest_weights`
     in float32 about the origin, which the projection calls for each vertex in real time, and
-    `sim.contact.touch_kernels.closest_on_triangle` in float64 without leaving early, inlined in loops over pairs. This
-    one goes region by region and gives exact zeros at corners and edges, which `ClosestTree.outward` reads.
+    `sim.contact.body.touch_kernels.closest_on_triangle` in float64 without leaving early, inlined in loops over pairs.
+    This one goes region by region and gives exact zeros at corners and edges, which `ClosestTree.outward` relies on.
+
+    Reads: point, a, b, c (3,) [m].
+    Returns: the barycentric weights of a, b and c.
     """
     ab, ac, ap = b - a, c - a, point - a
     d1 = ab[0] * ap[0] + ab[1] * ap[1] + ab[2] * ap[2]
@@ -35,8 +38,8 @@ def corner_weights(point, a, b, c):
         return 0.0, 1.0, 0.0
     vc = d1 * d4 - d3 * d2
     if vc <= 0 and d1 >= 0 and d3 <= 0:
-        share = d1 / (d1 - d3)
-        return 1.0 - share, share, 0.0
+        fraction = d1 / (d1 - d3)
+        return 1.0 - fraction, fraction, 0.0
     cp = point - c
     d5 = ab[0] * cp[0] + ab[1] * cp[1] + ab[2] * cp[2]
     d6 = ac[0] * cp[0] + ac[1] * cp[1] + ac[2] * cp[2]
@@ -44,22 +47,22 @@ def corner_weights(point, a, b, c):
         return 0.0, 0.0, 1.0
     vb = d5 * d2 - d1 * d6
     if vb <= 0 and d2 >= 0 and d6 <= 0:
-        share = d2 / (d2 - d6)
-        return 1.0 - share, 0.0, share
+        fraction = d2 / (d2 - d6)
+        return 1.0 - fraction, 0.0, fraction
     va = d3 * d6 - d5 * d4
     if va <= 0 and d4 - d3 >= 0 and d5 - d6 >= 0:
-        share = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        return 0.0, 1.0 - share, share
+        fraction = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        return 0.0, 1.0 - fraction, fraction
     scale = 1.0 / (va + vb + vc)
     return 1.0 - (vb + vc) * scale, vb * scale, vc * scale
 
 
 @kernel
 def tree_boxes(corners, order, leaf, low_out, high_out):
-    """Boxes of a complete binary tree over `order`: node n has children 2n+1 and 2n+2; the last level are leaves.
+    """Computes the boxes of a complete binary tree: node n has children 2n + 1 and 2n + 2; the last level are leaves.
 
-    # in: corners (faces,3,3), order (faces,), leaf: triangles a leaf
-    # out: low_out, high_out (nodes,3); nodes = 2^k - 1 with 2^(k-1) leaves
+    Reads: corners (faces, 3, 3) [m]; order (faces,): triangles leaf by leaf; leaf: triangles in a leaf.
+    Writes: low_out, high_out (nodes, 3) [m]; nodes = 2^k - 1, with 2^(k-1) leaves.
     """
     nodes = len(low_out)
     leaves = (nodes + 1) // 2
@@ -80,14 +83,14 @@ def tree_boxes(corners, order, leaf, low_out, high_out):
 
 @kernel
 def nearest_points(points, corners, order, leaf, low, high, face_out, weights_out, squared_out):
-    """Nearest triangle, barycentric weights there and squared distance, for each point.
+    """Finds the nearest triangle, the barycentric weights there and the squared distance, for each point.
 
-    Exact, over all triangles, offline. `collide.surface.surface_kernels.walk` and `sim.contact.touch_kernels.
-    closest_faces` follow a moving body: from the last place or the nearest vertex over its neighbours, without a tree
-    that each frame would have to be built for.
+    The search is exact, over all triangles, and meant for offline work. `collide.surface.surface_kernels.walk` and
+    `sim.contact.body.touch_kernels.closest_faces` follow a moving body from the last place or the nearest vertex on,
+    without a tree, which would have to be built in each frame.
 
-    # in: points (points,3), the tree
-    # out: face_out (points,), weights_out (points,3), squared_out (points,)
+    Reads: points (points, 3) [m]; corners (faces, 3, 3) [m]; order, leaf, low, high: the tree of `tree_boxes`.
+    Writes: face_out (points,), weights_out (points, 3), squared_out (points,) [m^2].
     """
     leaves = (len(low) + 1) // 2
     stack = np.empty(64, np.int64)
@@ -99,7 +102,7 @@ def nearest_points(points, corners, order, leaf, low, high, face_out, weights_ou
         a, b, c = corner_weights(point, corners[face, 0], corners[face, 1], corners[face, 2])
         for axis in range(3):
             weights_out[index, axis] = (a, b, c)[axis]
-        best = _squared(point, corners[face], a, b, c)
+        best = _distance_squared(point, corners[face], a, b, c)
         top = 1
         stack[0] = 0
         while top > 0:
@@ -119,7 +122,7 @@ def nearest_points(points, corners, order, leaf, low, high, face_out, weights_ou
             for place in range(start, min(start + leaf, len(order))):
                 candidate = order[place]
                 a, b, c = corner_weights(point, corners[candidate, 0], corners[candidate, 1], corners[candidate, 2])
-                squared = _squared(point, corners[candidate], a, b, c)
+                squared = _distance_squared(point, corners[candidate], a, b, c)
                 if squared < best:
                     best = squared
                     face = candidate
@@ -129,7 +132,7 @@ def nearest_points(points, corners, order, leaf, low, high, face_out, weights_ou
 
 
 @kernel
-def _squared(point, corner, a, b, c):
+def _distance_squared(point, corner, a, b, c):
     total = 0.0
     for axis in range(3):
         offset = point[axis] - (a * corner[0, axis] + b * corner[1, axis] + c * corner[2, axis])

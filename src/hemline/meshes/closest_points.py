@@ -15,7 +15,7 @@ _LEAF = 4
 
 @dataclass(frozen=True)
 class ClosestPoints:
-    """For each query its nearest point on a mesh."""
+    """The nearest point on a mesh for each query."""
 
     faces: Int[np.ndarray, " points"]
     """Nearest triangle, int32."""
@@ -24,12 +24,12 @@ class ClosestPoints:
     positions: Float[np.ndarray, "points 3"]
     """Nearest points [m]."""
     distances: Float[np.ndarray, " points"]
-    """Distances, not signed [m]."""
+    """Unsigned distances [m]."""
 
 
 @dataclass(frozen=True)
 class ClosestTree:
-    """A mesh ready for many questions of nearness: offline work, in float64."""
+    """A search tree of a mesh for many nearest-point queries; for offline work, in float64."""
 
     vertices: Float[np.ndarray, "verts 3"]
     """Positions, float64 [m]."""
@@ -44,29 +44,29 @@ class ClosestTree:
     @cached_property
     def _tree(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         leaves = 1 << max(0, int(np.ceil(np.log2(max(1, len(self.faces) / _LEAF)))))
-        order = _halved(self.corners.mean(axis=1), leaves)
+        order = _halving_order(self.corners.mean(axis=1), leaves)
         low, high = np.empty((2 * leaves - 1, 3)), np.empty((2 * leaves - 1, 3))
         tree_boxes(self.corners, order, len(order) // leaves + (len(order) % leaves > 0), low, high)
         return order, low, high
 
     @cached_property
     def _pseudonormals(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Normals of triangles, of edges (opposite to each corner) and of vertices (weighted by angle)."""
+        """Pseudo-normals of triangles, of edges (opposite to each corner) and of vertices (weighted by angle)."""
         normal = face_normals(self.corners.reshape(-1, 3), np.arange(self.faces.size).reshape(-1, 3))
         pairs = np.sort(np.stack([self.faces[:, [1, 2]], self.faces[:, [2, 0]], self.faces[:, [0, 1]]], 1), axis=2)
         key = pairs[..., 0].astype(np.int64) * len(self.vertices) + pairs[..., 1]
         _, edge = np.unique(key.reshape(-1), return_inverse=True)
-        at_edge = _summed(edge, np.repeat(normal, 3, axis=0), edge.max() + 1)
+        at_edge = _sum_at(edge, np.repeat(normal, 3, axis=0), edge.max() + 1)
         at_vertex = np.zeros((len(self.vertices), 3))
         for corner in range(3):
             one = self.corners[:, (corner + 1) % 3] - self.corners[:, corner]
             two = self.corners[:, (corner + 2) % 3] - self.corners[:, corner]
             angle = np.arctan2(np.linalg.norm(np.cross(one, two), axis=1), (one * two).sum(axis=1))
-            at_vertex += _summed(self.faces[:, corner], normal * angle[:, None], len(self.vertices))
+            at_vertex += _sum_at(self.faces[:, corner], normal * angle[:, None], len(self.vertices))
         return normal, at_edge[edge].reshape(-1, 3, 3), at_vertex
 
     def closest(self, points: Points) -> ClosestPoints:
-        """Nearest point of the mesh for each point, exact.
+        """Finds the nearest point of the mesh for each point; exact.
 
         Args:
             points: Queries [m].
@@ -84,7 +84,7 @@ class ClosestTree:
         return ClosestPoints(face, weights, np.einsum("pc,pcx->px", weights, self.corners[face]), np.sqrt(squared))
 
     def outward(self, closest: ClosestPoints) -> Float[np.ndarray, "points 3"]:
-        """Unit pseudo-normal of the mesh at nearest points: of the triangle, edge or vertex that they lie on.
+        """Returns the unit pseudo-normals at nearest points, of the triangle, edge or vertex that each lies on.
 
         Source: Bærentzen, Aanæs, "Signed distance computation using the angle weighted pseudonormal", 2005.
         """
@@ -99,10 +99,10 @@ class ClosestTree:
         return result / np.maximum(np.linalg.norm(result, axis=1, keepdims=True), 1e-30)
 
     def signed_distances(self, points: Points) -> Float[np.ndarray, " points"]:
-        """Distances to a closed mesh, negative behind its nearest place [m].
+        """Returns distances to a closed mesh, negative behind its nearest place [m].
 
-        For a mesh that does not go through itself, such as a body at rest, that is inside, where the winding number
-        exceeds 0.5; a posed body needs `collide.inside`.
+        For a mesh that does not pass through itself, such as a body at rest, negative means inside; a posed body needs
+        `collide.inside`.
         """
         closest = self.closest(points)
         side = ((points - closest.positions) * self.outward(closest)).sum(axis=1)
@@ -110,12 +110,12 @@ class ClosestTree:
 
 
 def closest_points_on_mesh(points: Points, vertices: Vertices, faces: Faces) -> ClosestPoints:
-    """Nearest point of a mesh for each point, exact; for several calls keep a `ClosestTree`.
+    """Finds the nearest point of a mesh for each point; exact. For several calls, keep a `ClosestTree`.
 
     Args:
         points: Queries [m].
         vertices: Positions of the mesh [m].
-        faces: Its triangles.
+        faces: Triangles of the mesh.
 
     Returns:
         Triangles, barycentric weights, positions and distances.
@@ -123,12 +123,13 @@ def closest_points_on_mesh(points: Points, vertices: Vertices, faces: Faces) -> 
     return ClosestTree(np.asarray(vertices, np.float64), faces).closest(points)
 
 
-def _summed(index: np.ndarray, vectors: np.ndarray, count: int) -> np.ndarray:
+def _sum_at(index: np.ndarray, vectors: np.ndarray, count: int) -> np.ndarray:
+    """Returns the sums of vectors with the same index."""
     return np.stack([np.bincount(index, vectors[:, axis], count) for axis in range(3)], axis=1)
 
 
-def _halved(centres: np.ndarray, leaves: int) -> np.ndarray:
-    """Order of triangles in which each half, quarter, eighth ... is compact: split along the widest axis."""
+def _halving_order(centres: np.ndarray, leaves: int) -> np.ndarray:
+    """Orders triangles so that each half, quarter, eighth ... is compact, by splits along the widest axis."""
     order = np.arange(len(centres))
     leaf = len(order) // leaves + (len(order) % leaves > 0)
     parts = [(0, len(order), leaves)]

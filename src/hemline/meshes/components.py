@@ -8,14 +8,14 @@ from .edges import directed_edges
 
 
 def components(faces: Faces, vertex_count: int) -> Int[np.ndarray, " verts"]:
-    """For each vertex the number of its connected part, counted by its first vertex; unreferenced vertices stand alone.
+    """Returns the number of the connected part of each vertex; a vertex without triangles is a part of its own.
 
     Args:
         faces: Triangles.
         vertex_count: Number of vertices.
 
     Returns:
-        Part numbers from 0, int32.
+        Part numbers from 0 in the order of their first vertices, int32.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

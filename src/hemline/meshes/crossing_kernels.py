@@ -1,11 +1,11 @@
-"""Triangles of one mesh that cross each other: a grid finds pairs, orientations decide."""
+"""Compiled: triangles of one mesh that cross each other; a grid finds pairs, orientations decide."""
 
 from hemline.compiled import kernel
 
 
 @kernel(inline="always")
 def volume(a, b, c, d):
-    """Six times the signed volume of a tetrahedron."""
+    """Returns six times the signed volume of the tetrahedron a, b, c, d [m^3]."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     wx, wy, wz = d[0] - a[0], d[1] - a[1], d[2] - a[2]
@@ -14,10 +14,10 @@ def volume(a, b, c, d):
 
 @kernel
 def segment_crosses(p, q, a, b, c):
-    """Whether the segment has an end strictly on each side of the triangle's plane and meets the closed triangle.
+    """Tells whether the ends of segment p q lie strictly on both sides of triangle a b c, and it meets the triangle.
 
-    The one test of segments against triangles, but for `sim.contact.pair_search_kernels.pierces`: what finds the
-    simulator's crossings is written apart, so that this one can judge the result.
+    It is the only test of segments against triangles, apart from `sim.contact.pairs.pair_search_kernels.pierces`: the
+    simulator finds its crossings by an independent test, so that this one can check the result.
     """
     if volume(a, b, c, p) * volume(a, b, c, q) >= 0.0:
         return False
@@ -29,7 +29,11 @@ def segment_crosses(p, q, a, b, c):
 
 @kernel
 def cell_ranges(vertices, faces, origin, cell, low_out, high_out):
-    """First and last cell of each triangle's box along each axis."""
+    """Computes the first and last cell of each triangle's box along each axis.
+
+    Reads: vertices (verts, 3) [m]; faces (faces, 3); origin (3,) and cell of the grid [m].
+    Writes: low_out, high_out (faces, 3).
+    """
     for f in range(len(faces)):
         for k in range(3):
             x = vertices[faces[f, 0], k]
@@ -41,7 +45,12 @@ def cell_ranges(vertices, faces, origin, cell, low_out, high_out):
 
 @kernel
 def fill_cells(low, high, counts, starts, members_out):
-    """Triangles of each cell, one cell after another; with an empty `members_out`, only their `counts`."""
+    """Lists the triangles of each cell, one cell after another; with an empty `members_out` it only counts them.
+
+    Reads: low, high (faces, 3): first and last cell; starts: number of cells along the three axes, then the start of
+        each cell in `members_out`.
+    Writes: counts (cells,), members_out.
+    """
     counts[:] = 0
     for f in range(len(low)):
         for i in range(low[f, 0], high[f, 0] + 1):
@@ -55,10 +64,12 @@ def fill_cells(low, high, counts, starts, members_out):
 
 @kernel
 def count_crossings(vertices, faces, low, high, starts, members, edges_out):
-    """Pairs of triangles that cross and share no vertex.
+    """Counts pairs of triangles that cross and share no vertex.
 
-    # in:  starts: number of cells along the three axes, then the start of each cell in members
-    # out: edges_out (faces, 3): 1 where the edge from corner i to corner i + 1 crosses a triangle
+    Reads: vertices (verts, 3) [m]; faces (faces, 3); low, high (faces, 3): first and last cell; starts: number of cells
+        along the three axes, then the start of each cell in members; members.
+    Writes: edges_out (faces, 3): 1 where the edge from corner i to corner i + 1 crosses a triangle.
+    Returns: the number of pairs.
     """
     pairs = 0
     for cell in range(len(starts) - 4):

@@ -1,4 +1,4 @@
-"""How much edges are stretched: l / l_rest - 1, in one place."""
+"""Strains and rest lengths of edges."""
 
 import numpy as np
 
@@ -8,14 +8,14 @@ from hemline.arrays import Faces, Float, Int
 def edge_strains(
     vertices: Float[np.ndarray, "*frames verts 3"], faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"]
 ) -> Float[np.ndarray, "*frames faces 3"]:
-    r"""Strain $\ell / \ell_0 - 1$ of the three edges of each triangle; negative where an edge is shortened.
+    r"""Returns the strain $\ell / \ell_0 - 1$ of the three edges of each triangle; negative where an edge is shortened.
 
     An inner edge counts once for each of its two triangles, whose flat rest shapes may differ.
 
     Args:
         vertices: Positions [m].
         faces: Triangles.
-        rest_edges: Columns: the edges from the first corner to the second and to the third of the flat rest triangle
+        rest_edges: Edges of the flat rest triangle from the first corner to the second and to the third, as columns
             [m].
 
     Returns:
@@ -30,11 +30,11 @@ def strains(
     edges: Int[np.ndarray, "... 2"],
     rest_lengths: Float[np.ndarray, "..."],
 ) -> Float[np.ndarray, "..."]:
-    r"""Strain $\ell / \ell_0 - 1$ of given edges, in the precision of what is given.
+    r"""Returns the strain $\ell / \ell_0 - 1$ of given edges, in the precision of the arguments.
 
     Args:
         vertices: Positions [m].
-        edges: The two vertices of each, in an array of any axes.
+        edges: Vertices of each edge; any axes may come first.
         rest_lengths: $\ell_0$, with the same axes [m].
 
     Returns:
@@ -47,11 +47,11 @@ def strains(
 def rest_lengths(
     faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"]
 ) -> tuple[Int[np.ndarray, "edges 2"], Float[np.ndarray, " edges"]]:
-    """Each edge once, smaller vertex first, sorted, and its length at rest [m].
+    """Returns each edge once, smaller vertex first, sorted, and its length at rest [m].
 
     Args:
         faces: Triangles.
-        rest_edges: As for `edge_strains`. An edge of two triangles is as long as in the one where it is longer.
+        rest_edges: See `edge_strains`. An edge of two triangles takes the larger of its two lengths [m].
     """
     ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     every, which = np.unique(ends, axis=0, return_inverse=True)
@@ -61,10 +61,10 @@ def rest_lengths(
 
 
 def edge_lengths(rest_edges: Float[np.ndarray, "faces 2 2"]) -> Float[np.ndarray, "faces 3"]:
-    """Lengths of the three edges of each flat triangle: 0-1, 1-2, 2-0 [m].
+    """Returns the lengths of the three edges of each flat triangle: 0-1, 1-2, 2-0 [m].
 
     Args:
-        rest_edges: As for `edge_strains`.
+        rest_edges: See `edge_strains` [m].
     """
     first, second = rest_edges[:, :, 0], rest_edges[:, :, 1]
     return np.stack([np.linalg.norm(each, axis=1) for each in (first, second - first, second)], axis=1)

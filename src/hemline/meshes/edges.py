@@ -6,7 +6,7 @@ from hemline.arrays import Faces, Int
 
 
 def edges(faces: Faces) -> Int[np.ndarray, "edges 2"]:
-    """Each undirected edge once, its smaller vertex first, sorted.
+    """Returns each undirected edge once, its smaller vertex first, sorted.
 
     Args:
         faces: Triangles.
@@ -22,5 +22,5 @@ def edges(faces: Faces) -> Int[np.ndarray, "edges 2"]:
 
 
 def directed_edges(faces: Faces) -> Int[np.ndarray, "corners 2"]:
-    """The three edges of each triangle in its own direction: all first edges, then all second, then all third."""
+    """Returns the directed edges of each triangle: all first ones, then all second, then all third."""
     return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])

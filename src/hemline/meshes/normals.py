@@ -6,23 +6,23 @@ from hemline.arrays import Faces, Float, Normals, Vertices
 
 
 def face_vectors(vertices: Vertices, faces: Faces) -> Float[np.ndarray, "faces 3"]:
-    """Cross product of two edges of each triangle: its normal, as long as twice its area [m^2]."""
+    """Returns the cross product of two edges of each triangle: its normal, as long as twice its area [m^2]."""
     corner = vertices[faces]
     return np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
 
 
 def face_areas(vertices: Vertices, faces: Faces) -> Float[np.ndarray, " faces"]:
-    """Area of each triangle [m^2]."""
+    """Returns the area of each triangle [m^2]."""
     return np.linalg.norm(face_vectors(vertices, faces), axis=1) / 2
 
 
 def face_normals(vertices: Vertices, faces: Faces) -> Float[np.ndarray, "faces 3"]:
-    """Unit normal of each triangle, by the right-hand rule; zero where the triangle has no area."""
+    """Returns the unit normal of each triangle, by the right-hand rule; zero if the triangle has no area."""
     return _unit(face_vectors(vertices, faces))
 
 
 def vertex_normals(vertices: Vertices, faces: Faces) -> Normals:
-    """Unit normal at each vertex: mean of its triangles' normals, weighted by area; zero where it has none."""
+    """Returns the unit normal at each vertex, the area-weighted mean over its triangles; zero if it has none."""
     vectors = face_vectors(vertices, faces)
     total = np.zeros_like(vertices)
     for corner in range(3):

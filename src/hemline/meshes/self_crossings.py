@@ -1,4 +1,4 @@
-"""Where a garment passes through itself."""
+"""Finds where a garment passes through itself."""
 
 import numpy as np
 
@@ -11,33 +11,33 @@ _CELLS_AT_MOST = 1 << 21
 
 
 def self_crossings(vertices: Vertices, faces: Faces) -> dict[str, float]:
-    """Count triangles that cross another one of the same mesh, in one frame.
+    """Counts triangles that cross another one of the same mesh, in one frame.
 
-    Two triangles cross if an edge of one passes through the other; those that share a vertex are left out, and so is
-    mere contact in one plane. Decided in float64.
+    Two triangles cross if an edge of one passes through the other. Triangles that share a vertex do not count, nor does
+    contact in one plane. The test is in float64.
 
     Args:
         vertices: Positions [m].
         faces: Triangles.
 
     Returns:
-        `pairs`: crossing pairs of triangles; `edge_percent`: edges that pass through a triangle, in percent of all.
+        `pairs`, the crossing pairs of triangles, and `edge_percent`, the edges that pass through a triangle [percent].
     """
-    pairs, crossed = _counted(vertices, faces)
+    pairs, crossed = _count(vertices, faces)
     return {"pairs": pairs, "edge_percent": 100 * len(crossed) / max(1, len(edges(faces)))}
 
 
 def crossing_edges(vertices: Vertices, faces: Faces) -> Int[np.ndarray, "edges 2"]:
-    """The edges that pass through a triangle of the same mesh, as `self_crossings` counts them.
+    """Returns the edges that pass through a triangle of the same mesh, as `self_crossings` counts them.
 
     Args:
         vertices: Positions [m].
         faces: Triangles.
     """
-    return _counted(vertices, faces)[1]
+    return _count(vertices, faces)[1]
 
 
-def _counted(vertices: Vertices, faces: Faces) -> tuple[int, np.ndarray]:
+def _count(vertices: Vertices, faces: Faces) -> tuple[int, np.ndarray]:
     points = np.ascontiguousarray(vertices, np.float64)
     faces = np.ascontiguousarray(faces, np.int32)
     if not len(faces):
@@ -50,7 +50,7 @@ def _counted(vertices: Vertices, faces: Faces) -> tuple[int, np.ndarray]:
 
 
 def _grid(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """First and last cell of each triangle, where each cell's members start (after the grid's size), members."""
+    """Returns first and last cell of each triangle, grid size and starts of cells, and members of cells."""
     corners = points[faces]
     origin, top = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     extent = top - origin

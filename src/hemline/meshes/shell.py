@@ -1,4 +1,4 @@
-"""One closed surface around triangles that are open, torn, or in several pieces."""
+"""Makes one closed surface around triangles that are open, torn, or in several pieces."""
 
 from dataclasses import dataclass
 from typing import cast
@@ -14,47 +14,47 @@ from .shell_kernels import count_crossings, wind_about
 _CELLS_MAX = 40_000_000
 _MARGIN = 3
 _FLAT = 0.1
-"""Corners of the grid are taken to be so far from the surface at least, as a share of the spacing."""
+"""Least distance of grid corners from the surface, as a fraction of the spacing."""
 
 _CERTAIN = 0.01
 _GROUP, _BEYOND = 4.0, 3.0
-"""Width of a group of triangles in spacings, and how many of its radii away it is far."""
+"""Width of a group of triangles in spacings, and the distance in radii from which it counts as far."""
 
 _CUBE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]])
 _TETS = np.array([[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]])
-"""Six tetrahedra around the diagonal of a cube, which fit those of the cubes beside it (Kuhn's)."""
+"""Six tetrahedra around the diagonal of a cube, which fit those of the neighbouring cubes (Kuhn's subdivision)."""
 
 
 @dataclass(frozen=True)
 class Shell:
-    """A closed surface, and where on the triangles that it is around each of its vertices lies."""
+    """A closed surface, and the place of each of its vertices on the mesh that it encloses."""
 
     vertices: Vertices
     """Positions, float64 [m]."""
     faces: Faces
     """Triangles, counter-clockwise from outside, int32."""
     sources: Int[np.ndarray, " verts"]
-    """The nearest triangle of the mesh that was given, int32."""
-    shares: Float[np.ndarray, "verts 3"]
-    """Where on it: shares of its corners, which sum to 1."""
+    """Nearest triangle of the enclosed mesh, int32."""
+    weights: Float[np.ndarray, "verts 3"]
+    """Barycentric weights on that triangle."""
 
 
 def shell(vertices: Float[np.ndarray, "_verts 3"], faces: Int[np.ndarray, "_faces 3"], spacing: float) -> Shell:
-    r"""The surface of what triangles enclose, holes closed, as marching tetrahedra find it.
+    r"""Returns the surface of the volume that triangles enclose, with holes closed, by marching tetrahedra.
 
-    Inside is where the winding number exceeds 1/2; of open triangles it changes smoothly over their holes, and so
-    bridges them. Each corner of a grid is asked from both ends of all three axes how often a ray to it has come in and
-    not gone out. Where all six agree, that is the winding number; where they do not, solid angles are summed. The
-    largest connected part is kept, hollows are filled. Near its surface the distance to the triangles is exact, so that
-    the surface lies on them, and only over holes between them.
+    Inside is where the winding number exceeds 1/2; for open triangles it changes smoothly across holes, and so bridges
+    them. For each corner of a grid, rays from both ends of all three axes count how often they have entered and not
+    left. Where all six agree, that is the winding number; elsewhere solid angles are summed. The largest connected part
+    is kept, and hollows are filled. Near the surface the distance to the triangles is exact, so that the result lies on
+    the triangles, and between them only over holes.
 
     Args:
         vertices: Positions [m].
         faces: Triangles, counter-clockwise from outside; any number of parts, open or closed.
-        spacing: Between the corners of the grid [m]; gaps narrower than this are closed.
+        spacing: Distance between the corners of the grid [m]; narrower gaps are closed.
 
     Raises:
-        BadMesh: They enclose nothing, or the grid would be too large.
+        BadMesh: The triangles enclose nothing, or the grid would be too large.
 
     Source: Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers",
         2013; Nooruddin, Turk, "Simplification and repair of polygonal models using volumetric techniques", 2003; Barill
@@ -64,7 +64,7 @@ def shell(vertices: Float[np.ndarray, "_verts 3"], faces: Int[np.ndarray, "_face
     """
     tree = ClosestTree(np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int32))
     corners = tree.corners
-    # off the planes in which meshes have their vertices
+    # an offset that avoids planes in which meshes often have vertices
     low = corners.reshape(-1, 3).min(axis=0) - spacing * (_MARGIN + np.array([0.137, 0.291, 0.413]))
     counts = np.ceil((corners.reshape(-1, 3).max(axis=0) - low) / spacing).astype(int) + _MARGIN
     if np.prod(counts.astype(float)) > _CELLS_MAX:
@@ -74,14 +74,14 @@ def shell(vertices: Float[np.ndarray, "_verts 3"], faces: Int[np.ndarray, "_face
     if not inside.any():
         raise BadMesh("triangles enclose nothing", f"{len(faces)} triangles", "turn its triangles outward")
     distances = _distances(tree, inside, low, spacing)
-    places, triangles = _marched(distances, inside)
+    places, triangles = _march(distances, inside)
     places = low + spacing * places
     closest = tree.closest(places)
     return Shell(places, triangles, closest.faces, closest.weights)
 
 
 def _votes(corners: np.ndarray, low: np.ndarray, spacing: float, counts: np.ndarray) -> np.ndarray:
-    """The mean winding number along the axes, from 0 to 1."""
+    """Returns the mean winding number along the axes, from 0 to 1."""
     total = np.zeros(counts, np.float32)
     for along in range(3):
         first, second = (along + 1) % 3, (along + 2) % 3
@@ -89,13 +89,13 @@ def _votes(corners: np.ndarray, low: np.ndarray, spacing: float, counts: np.ndar
         count_crossings(corners, first, second, along, low, spacing, crossings)
         ahead = np.cumsum(crossings, axis=2)[..., :-1]
         back = ahead - crossings.sum(axis=2, keepdims=True)
-        seen = np.clip(ahead, 0, 1) + np.clip(back, 0, 1)
-        total += np.moveaxis(seen, (0, 1, 2), (first, second, along)).astype(np.float32)
+        entered = np.clip(ahead, 0, 1) + np.clip(back, 0, 1)
+        total += np.moveaxis(entered, (0, 1, 2), (first, second, along)).astype(np.float32)
     return total / 6
 
 
 def _inside(corners: np.ndarray, low: np.ndarray, spacing: float, counts: np.ndarray) -> np.ndarray:
-    """Where the winding number exceeds 1/2."""
+    """Tells which grid corners have a winding number above 1/2."""
     votes = _votes(corners, low, spacing, counts)
     unsure = np.argwhere((votes > _CERTAIN) & (votes < 1 - _CERTAIN))
     inside = votes > 0.5
@@ -105,7 +105,7 @@ def _inside(corners: np.ndarray, low: np.ndarray, spacing: float, counts: np.nda
 
 
 def _winding(points: np.ndarray, corners: np.ndarray, size: float) -> np.ndarray:
-    """Winding numbers about points, triangles in groups as wide as `size`."""
+    """Returns winding numbers about points, with triangles in groups as wide as `size`."""
     middles = corners.mean(axis=1)
     cells = np.floor((middles - middles.min(axis=0)) / size).astype(np.int64)
     _, group = np.unique(cells, axis=0, return_inverse=True)
@@ -124,7 +124,7 @@ def _winding(points: np.ndarray, corners: np.ndarray, size: float) -> np.ndarray
 
 
 def _solid(inside: np.ndarray) -> np.ndarray:
-    """The largest connected part, without hollows."""
+    """Returns the largest connected part, without hollows."""
     from scipy import ndimage
 
     label, count = cast(tuple[np.ndarray, int], ndimage.label(inside))
@@ -136,7 +136,7 @@ def _solid(inside: np.ndarray) -> np.ndarray:
 
 
 def _distances(tree: ClosestTree, inside: np.ndarray, low: np.ndarray, spacing: float) -> np.ndarray:
-    """Distances beside the surface in units of the spacing, negative inside; 1 elsewhere."""
+    """Returns distances near the surface in units of the spacing, negative inside; 1 elsewhere."""
     from scipy import ndimage
 
     around = np.ones((3, 3, 3), bool)
@@ -147,8 +147,8 @@ def _distances(tree: ClosestTree, inside: np.ndarray, low: np.ndarray, spacing: 
     return np.where(inside, -distances, distances)
 
 
-def _marched(distances: np.ndarray, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The zero surface in units of the grid, and its triangles."""
+def _march(distances: np.ndarray, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the zero surface in units of the grid, and its triangles."""
     shape = np.array(distances.shape)
     some, every = np.zeros(shape - 1, bool), np.ones(shape - 1, bool)
     for corner in _CUBE:
@@ -178,8 +178,8 @@ def _marched(distances: np.ndarray, inside: np.ndarray) -> tuple[np.ndarray, np.
     unique, faces = np.unique(key.reshape(-1), return_inverse=True)
     ends = np.stack([unique // np.prod(shape), unique % np.prod(shape)], 1)
     values, grid = distances.reshape(-1)[ends], np.stack(np.unravel_index(ends, tuple(shape)), -1).astype(np.float64)
-    share = values[:, :1] / (values[:, :1] - values[:, 1:])
-    places = grid[:, 0] + share * (grid[:, 1] - grid[:, 0])
+    fraction = values[:, :1] / (values[:, :1] - values[:, 1:])
+    places = grid[:, 0] + fraction * (grid[:, 1] - grid[:, 0])
     faces = faces.reshape(-1, 3)
     start, end = (np.stack(np.unravel_index(toward[:, k], tuple(shape)), -1) for k in range(2))
     corner = places[faces]

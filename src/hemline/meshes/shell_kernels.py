@@ -1,4 +1,4 @@
-"""Compiled: where rays along an axis of a grid go into and out of triangles."""
+"""Compiled: rays along the axes of a grid are intersected with triangles, and winding numbers are summed."""
 
 import numpy as np
 
@@ -7,7 +7,10 @@ from hemline.compiled import kernel, prange
 
 @kernel
 def solid_angle(point, corner):
-    """The solid angle of a triangle about a point, positive where the point is behind it (van Oosterom, Strackee)."""
+    """Returns the solid angle of a triangle about a point, positive if the point is behind it.
+
+    Source: van Oosterom, Strackee, "The Solid Angle of a Plane Triangle", 1983.
+    """
     ax, ay, az = corner[0, 0] - point[0], corner[0, 1] - point[1], corner[0, 2] - point[2]
     bx, by, bz = corner[1, 0] - point[0], corner[1, 1] - point[1], corner[1, 2] - point[2]
     cx, cy, cz = corner[2, 0] - point[0], corner[2, 1] - point[1], corner[2, 2] - point[2]
@@ -20,10 +23,11 @@ def solid_angle(point, corner):
 
 @kernel
 def count_crossings(corners, first, second, along, low, spacing, crossings_out):
-    """Signed crossings of the rays of a grid, each counted in the first cell centre beyond it.
+    """Counts signed crossings of the rays of a grid, each in the first cell centre beyond it.
 
-    in: corners (faces, 3, 3), the axes of the columns and that of the rays, lowest cell centres (3,), their spacing.
-    out: crossings, one row a column and one number more a cell: +1 where a ray goes in, -1 where it comes out.
+    Reads: corners (faces, 3, 3) [m]; first, second: axes of the columns; along: axis of the rays; low (3,): lowest cell
+        centres [m]; spacing [m].
+    Writes: crossings_out (rows, columns, cells + 1): +1 where a ray enters, -1 where it leaves.
     """
     rows, columns, depth = crossings_out.shape
     for f in range(len(corners)):
@@ -53,11 +57,12 @@ def count_crossings(corners, first, second, along, low, spacing, crossings_out):
 
 @kernel(parallel=True)
 def wind_about(points, corners, starts, centres, radii, areas, beyond, winding_out):
-    """Winding numbers of triangles about points; those of a group that is far away count as one.
+    """Computes winding numbers of triangles about points; the triangles of a group that is far away count as one.
 
-    in: points, corners (faces, 3, 3) in the order of their groups, the first triangle of each group and their number,
-    the middle of each group, its radius, the sum of its area vectors; how many radii away it is far.
-    out: winding.
+    Reads: points (points, 3) [m]; corners (faces, 3, 3) [m], group by group; starts (groups + 1,): first triangle of
+        each group; centres (groups, 3), radii (groups,) [m], areas (groups, 3): sums of area vectors [m^2]; beyond:
+        distance in radii from which a group is far.
+    Writes: winding_out (points,).
     """
     for p in prange(len(points)):
         total = 0.0

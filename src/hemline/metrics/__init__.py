@@ -1,7 +1,7 @@
-"""Figures: plain arrays in, numbers out, one file each, the unit in the name.
+"""Metrics: functions from plain arrays to numbers, one file each, with the unit in the name.
 
-A metric of one frame takes that frame's arrays; what sums up a clip takes the rows that the frames gave. So nothing
-holds all frames.
+A metric of one frame takes the arrays of that frame; a summary of a clip takes the values of its frames. So no metric
+needs all frames at once.
 """
 
 from hemline.meshes import edge_strains as edge_strains
@@ -28,8 +28,8 @@ from .resolved_percent import resolved_percent as resolved_percent
 from .ripple_deg import neighbouring_faces as neighbouring_faces
 from .ripple_deg import ripple_deg as ripple_deg
 from .ripple_deg import ripple_figures as ripple_figures
-from .skin_through_percent import covered_skin as covered_skin
 from .skin_through_percent import skin_through_percent as skin_through_percent
+from .skin_through_percent import skin_under_cloth as skin_under_cloth
 from .stretch_percent import stretch_figures as stretch_figures
 from .stretch_percent import stretch_percent as stretch_percent
 from .vertex_error_mm import vertex_error_mm as vertex_error_mm
@@ -39,7 +39,6 @@ __all__ = [
     "JERK_FRAMES",
     "area_change_percent",
     "behind_nearest_percent",
-    "covered_skin",
     "deepest_mm",
     "edge_strain",
     "edge_strains",
@@ -61,6 +60,7 @@ __all__ = [
     "ripple_figures",
     "self_crossings",
     "skin_through_percent",
+    "skin_under_cloth",
     "stretch_figures",
     "stretch_percent",
     "vertex_error_mm",

@@ -1,4 +1,4 @@
-"""The papers' test of collisions, for comparison with their tables."""
+"""The collision test of the papers, for comparison with their tables."""
 
 import numpy as np
 
@@ -7,11 +7,11 @@ from hemline.meshes import vertex_normals
 
 
 def behind_nearest_percent(vertices: Vertices, body_vertices: BodyVertices, body_faces: BodyFaces) -> float:
-    r"""Vertices of one frame that are behind the tangent plane of the body vertex nearest to them.
+    r"""Returns the percentage of vertices behind the tangent plane of the body vertex nearest to them, in one frame.
 
-    Vertex $x$ with nearest body vertex $b$ of normal $n$ counts if $(x - b) \cdot n < 0$. It is neither necessary nor
-    sufficient for being inside, a winding number of the posed mesh above 0.5 (`inside_percent`), but it is what the
-    papers print.
+    Vertex $x$ with nearest body vertex $b$ of normal $n$ counts if $(x - b) \cdot n < 0$. This is neither necessary
+    nor sufficient for being inside (a winding number of the posed mesh above 0.5, see `inside_percent`), but it is what
+    the papers report.
 
     Args:
         vertices: The garment [m].
@@ -19,7 +19,7 @@ def behind_nearest_percent(vertices: Vertices, body_vertices: BodyVertices, body
         body_faces: Triangles of the body.
 
     Returns:
-        The share [percent of the vertices]; `mean_and_worst` sums up a clip.
+        The percentage of the vertices; `mean_and_worst` summarises a clip.
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, the signed distance h(X) to the nearest body vertex of Eq. 14.
     """

@@ -1,4 +1,4 @@
-"""How much the edges of a garment are stretched, in few numbers."""
+"""Summary of the strains of a garment's edges."""
 
 import numpy as np
 
@@ -6,10 +6,10 @@ from hemline.arrays import Float
 
 
 def edge_strain(strains: Float[np.ndarray, "*frames faces 3"]) -> dict[str, float]:
-    """Median, 99th percentile and largest size of strains, stretched or shortened alike.
+    """Returns median, 99th percentile and maximum of absolute strains.
 
     Args:
-        strains: Of `meshes.edge_strains`, of one frame or of many.
+        strains: Strains from `meshes.edge_strains`, of one frame or of many.
 
     Returns:
         `p50`, `p99`, `max` [1].

@@ -1,4 +1,4 @@
-"""Milliseconds a frame, by stage."""
+"""Milliseconds per frame, by stage."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,16 +8,16 @@ from hemline.errors import BadInput
 
 
 def frame_ms(milliseconds: Sequence[Mapping[str, float]]) -> dict[str, float | dict[str, float]]:
-    """Median, 95th percentile and worst time of a frame, and the median of each of its stages.
+    """Returns median, 95th percentile and worst time of a frame, and the median of each of its stages.
 
     Args:
-        milliseconds: For each frame its stages by name [ms]; their sum is the frame's time.
+        milliseconds: Times of the stages of each frame by name [ms]; their sum is the frame's time.
 
     Returns:
         `median`, `p95`, `worst` and `stages` [ms]. Medians of stages need not add up to the median of the frame.
 
     Raises:
-        BadInput: No frame.
+        BadInput: There is no frame.
 
     Example:
         >>> frame_ms([{"skin": 0.25, "ropes": 0.5}, {"skin": 0.25, "ropes": 1.5}])["worst"]

@@ -1,4 +1,4 @@
-"""The share of garment vertices inside the posed body."""
+"""Percentage of garment vertices inside the posed body."""
 
 from collections.abc import Sequence
 
@@ -8,17 +8,17 @@ from hemline.arrays import Int, Mask
 
 
 def inside_percent(inside: Mask, pinched: Int[np.ndarray, " pinched"] | None = None) -> float:
-    """Vertices of one frame that are inside, pinched ones left out.
+    """Returns the percentage of vertices of one frame that are inside and not pinched.
 
-    Inside is what has a winding number of the posed mesh above 0.5 (`collide.inside`).
+    A vertex is inside if the winding number of the posed mesh exceeds 0.5 (`collide.inside`).
 
     Args:
         inside: Whether each vertex is inside.
-        pinched: Vertices where the body overlaps itself, so that there is no place outside for them nearby; counted
-            by `pinched_percent` alone.
+        pinched: Vertices without a place outside nearby because the body overlaps itself; only `pinched_percent`
+            counts them.
 
     Returns:
-        The share [percent of the vertices].
+        The percentage of the vertices.
     """
     counted = np.count_nonzero(inside)
     if pinched is not None:
@@ -27,16 +27,16 @@ def inside_percent(inside: Mask, pinched: Int[np.ndarray, " pinched"] | None = N
 
 
 def pinched_percent(pinched: Int[np.ndarray, " pinched"], vertex_count: int) -> float:
-    """Vertices of one frame that are pinched: without a place outside nearby [percent of the vertices]."""
+    """Returns the percentage of vertices of one frame that are pinched, without a place outside nearby."""
     return 100.0 * len(pinched) / vertex_count
 
 
 def inside_figures(before: Sequence[float], after: Sequence[float], pinched: Sequence[float]) -> dict[str, float]:
-    """What frames have inside, over a clip.
+    """Summarises the vertices inside over a clip.
 
     Args:
         before: `inside_percent` of each frame before the projection.
-        after: The same after it.
+        after: `inside_percent` of each frame after it.
         pinched: `pinched_percent` of each frame.
 
     Returns:

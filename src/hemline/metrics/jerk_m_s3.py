@@ -8,23 +8,23 @@ from hemline.arrays import FramesOfVertices
 from hemline.errors import BadInput
 
 JERK_FRAMES = 4
-"""Frames in a row that a third difference takes."""
+"""Consecutive frames that a third difference needs."""
 
 
 def jerk_m_s3(vertices: FramesOfVertices, fps: float) -> float:
-    r"""Mean size of the jerk of all vertices over four frames in a row.
+    r"""Returns the mean magnitude of the jerk of all vertices over four consecutive frames.
 
     $$j^n = (x^{n+3} - 3 x^{n+2} + 3 x^{n+1} - x^n) \, \mathrm{fps}^3$$
 
     Args:
         vertices: Four frames [m].
-        fps: Frames a second.
+        fps: Frames per second.
 
     Returns:
-        The mean [m/s^3]; `jerk_figures` sums up a clip.
+        The mean [m/s^3]; `jerk_figures` summarises a clip.
 
     Raises:
-        BadInput: Other than four frames.
+        BadInput: There are not exactly four frames.
     """
     if len(vertices) != JERK_FRAMES:
         raise BadInput("jerk needs four frames in a row", len(vertices), "give each frame with the three before it")
@@ -33,16 +33,16 @@ def jerk_m_s3(vertices: FramesOfVertices, fps: float) -> float:
 
 
 def jerk_figures(jerks: Sequence[tuple[float, float]]) -> dict[str, float | None]:
-    """The jerk of a clip, and its ratio to the truth's.
+    """Summarises the jerk of a clip, and its ratio to that of the ground truth.
 
     Args:
-        jerks: `jerk_m_s3` of the animator and of the truth, at each frame that has three before it.
+        jerks: `jerk_m_s3` of the animator and of the ground truth, at each frame with three frames before it.
 
     Returns:
-        `mean` and `truth` [m/s^3]; `ratio`, above 1 where we flicker more, None where the truth does not move.
+        `mean` and `truth` [m/s^3]; `ratio`, above 1 if the animator flickers more, None if the truth does not move.
 
     Raises:
-        BadInput: None: fewer than four frames.
+        BadInput: The list is empty, as for fewer than four frames.
     """
     if not jerks:
         raise BadInput("jerk needs at least four frames", "fewer", "measure a longer clip")

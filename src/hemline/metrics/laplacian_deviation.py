@@ -1,15 +1,15 @@
-"""How far a correction changed the shape of the mesh around the vertices that it moved."""
+"""Change of the mesh shape around the vertices that a correction moved."""
 
 import numpy as np
 
 from hemline.arrays import Faces, Float, Mask, Vertices
 
-FLATTEST = 0.05
-"""Smaller sines of angles count as this: else a single triangle that collapsed is all that the mean tells of."""
+LEAST_SINE = 0.05
+"""Lower bound of the sines of angles, so that a single collapsed triangle does not dominate the mean."""
 
 
 def laplacian_deviation(before: Vertices, after: Vertices, faces: Faces, moved: Mask) -> float:
-    r"""Mean of $|\mathrm{diag}(L) - \mathrm{diag}(L^C)|$ over the vertices that were moved.
+    r"""Returns the mean of $|\mathrm{diag}(L) - \mathrm{diag}(L^C)|$ over the vertices that were moved.
 
     $L_{ii} = \frac 1 2 \sum_j (\cot\alpha_{ij} + \cot\beta_{ij})$, half the cotangents of the two angles opposite to
     each edge at $i$; $L$ of the mesh before, $L^C$ after the correction. It has no unit; smaller is better.
@@ -17,11 +17,11 @@ def laplacian_deviation(before: Vertices, after: Vertices, faces: Faces, moved: 
     Args:
         before: The garment before [m].
         after: The garment after [m].
-        faces: Its triangles.
-        moved: The vertices over which the mean is taken.
+        faces: Triangles of the garment.
+        moved: Whether each vertex was moved; the mean is over these.
 
     Returns:
-        The mean; NaN where nothing was moved.
+        The mean; NaN if no vertex was moved.
 
     Source: Li et al., "SwinGar", 2023, Section V-B, Table III. Differs: angles of less than three degrees count as
         three.
@@ -39,6 +39,6 @@ def _diagonal(vertices: Vertices, faces: Faces) -> Float[np.ndarray, " verts"]:
         two = corners[:, (corner + 2) % 3] - corners[:, corner]
         sine = np.linalg.norm(np.cross(one, two), axis=1)
         lengths = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
-        cotangents[:, corner] = (one * two).sum(axis=1) / np.maximum(sine, np.maximum(FLATTEST * lengths, 1e-30))
+        cotangents[:, corner] = (one * two).sum(axis=1) / np.maximum(sine, np.maximum(LEAST_SINE * lengths, 1e-30))
     both = cotangents.sum(axis=1, keepdims=True) - cotangents  # the angles opposite to the two edges at a corner
     return np.bincount(faces.reshape(-1), both.reshape(-1) / 2, len(vertices))

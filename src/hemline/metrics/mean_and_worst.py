@@ -1,4 +1,4 @@
-"""A figure of each frame, over a clip."""
+"""Summary of one number per frame over a clip."""
 
 from collections.abc import Sequence
 
@@ -6,10 +6,10 @@ import numpy as np
 
 
 def mean_and_worst(values: Sequence[float]) -> dict[str, float]:
-    """Mean over the frames, and the value farthest from 0, with its sign.
+    """Returns the mean over the frames, and the value farthest from 0, with its sign.
 
     Args:
-        values: One of each frame, in any unit.
+        values: One value per frame, in any unit.
 
     Returns:
         `mean` and `worst_frame`, in that unit.

@@ -1,10 +1,10 @@
-"""The memory that a run needed."""
+"""Peak memory of this process."""
 
 import sys
 
 
 def memory_mb() -> float | None:
-    """Largest resident size of this process so far [MB, 10^6 bytes]; None where the system does not say (Windows)."""
+    """Returns the peak resident size of this process [MB, 10^6 bytes]; None if the system does not tell (Windows)."""
     try:
         import resource
     except ImportError:

@@ -1,4 +1,4 @@
-"""The size of a model on disk."""
+"""Size of a model file."""
 
 from pathlib import Path
 
@@ -6,10 +6,10 @@ from hemline.errors import BadModel
 
 
 def model_mb(path: str | Path) -> float:
-    """Size of a file [MB, 10^6 bytes].
+    """Returns the size of a file [MB, 10^6 bytes].
 
     Raises:
-        BadModel: There is no such file.
+        BadModel: The file does not exist.
     """
     try:
         return Path(path).stat().st_size / 1e6

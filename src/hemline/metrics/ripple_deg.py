@@ -1,4 +1,4 @@
-"""How crumpled a garment is: the angle between neighbouring faces."""
+"""Ripples of a garment: the angle between neighbouring faces."""
 
 from collections.abc import Sequence
 
@@ -9,10 +9,10 @@ from hemline.meshes import face_normals
 
 
 def neighbouring_faces(faces: Faces) -> Int[np.ndarray, "inner 2"]:
-    """Both faces of each inner edge of a mesh.
+    """Returns both faces of each inner edge of a mesh.
 
     Args:
-        faces: Triangles; of an edge of more than two faces some pairs are named.
+        faces: Triangles; an edge with more than two faces gives several pairs.
     """
     ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     order = np.lexsort((ends[:, 1], ends[:, 0]))
@@ -21,12 +21,12 @@ def neighbouring_faces(faces: Faces) -> Int[np.ndarray, "inner 2"]:
 
 
 def ripple_deg(vertices: Vertices, faces: Faces, pairs: Int[np.ndarray, "inner 2"]) -> float:
-    """Mean angle between neighbouring faces of one frame.
+    """Returns the mean angle between neighbouring faces of one frame.
 
     Args:
         vertices: The garment [m].
-        faces: Its triangles.
-        pairs: `neighbouring_faces`.
+        faces: Triangles of the garment.
+        pairs: Pairs from `neighbouring_faces`.
 
     Returns:
         The mean [degrees]; faces without area count as lying flat.
@@ -39,13 +39,13 @@ def ripple_deg(vertices: Vertices, faces: Faces, pairs: Int[np.ndarray, "inner 2
 
 
 def ripple_figures(frames: Sequence[tuple[float, float | None]]) -> dict[str, float | None]:
-    """The ripples of a clip.
+    """Summarises the ripples of a clip.
 
     Args:
-        frames: `ripple_deg` of the garment and of the ground truth, None without one, of each frame.
+        frames: For each frame, `ripple_deg` of the garment and of the ground truth, None without one.
 
     Returns:
-        `mean` and `truth` [degrees], `truth` None where there is none.
+        `mean` and `truth` [degrees]; `truth` is None without a ground truth.
 
     Example:
         >>> ripple_figures([(12.0, 6.0), (14.0, 8.0)])

@@ -1,4 +1,4 @@
-"""How far vertices are from the truth."""
+"""Distances of vertices from the ground truth."""
 
 import numpy as np
 
@@ -6,11 +6,11 @@ from hemline.arrays import Float, Vertices
 
 
 def vertex_errors_mm(vertices: Vertices, truth: Vertices) -> Float[np.ndarray, " verts"]:
-    """Distance of each vertex of one frame to the same vertex of the truth.
+    """Returns the distance of each vertex of one frame to the same vertex in the ground truth.
 
     Args:
-        vertices: Of the animator [m].
-        truth: Of the simulation [m].
+        vertices: The garment by the animator [m].
+        truth: The garment in the simulation [m].
 
     Returns:
         Distances, float32 [mm].
@@ -19,10 +19,10 @@ def vertex_errors_mm(vertices: Vertices, truth: Vertices) -> Float[np.ndarray, "
 
 
 def vertex_error_mm(errors_mm: Float[np.ndarray, "*frames verts"]) -> dict[str, float]:
-    """Mean, 95th percentile and largest of distances, over all frames and vertices.
+    """Returns mean, 95th percentile and maximum of distances, over all frames and vertices.
 
     Args:
-        errors_mm: Of `vertex_errors_mm`, of one frame or of many.
+        errors_mm: Distances from `vertex_errors_mm`, of one frame or of many.
 
     Returns:
         `mean`, `p95`, `max` [mm].

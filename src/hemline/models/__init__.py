@@ -1,1 +1,1 @@
-"""What ships as files, and (`make`) the commands that made them. `README.md` lists both."""
+"""Files that ship with hemline, and in `make` the commands that made them; `README.md` lists both."""

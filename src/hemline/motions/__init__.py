@@ -1,4 +1,4 @@
-"""Clips of motion on the 24-joint skeleton: read, resample, cut; never a mesh."""
+"""Clips of motion on the 24-joint skeleton, without meshes: reading, resampling, cutting."""
 
 from .clean import longest_clean as longest_clean
 from .motion import JOINT_NAMES as JOINT_NAMES

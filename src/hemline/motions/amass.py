@@ -1,4 +1,4 @@
-"""Read AMASS clips: SMPL-H and SMPL-X poses in npz files."""
+"""Reads AMASS clips, SMPL-H and SMPL-X poses in npz files."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import numpy as np
 from hemline.errors import BadMotion
 from hemline.files import Unreadable, npz_arrays, read_bytes
 
-from .motion import FRAMES_MAX, JOINT_COUNT, Motion, checked_rate
+from .motion import FRAMES_MAX, JOINT_COUNT, Motion, check_rate
 from .quaternions import continuous, from_axis_angle, multiply, rotate
 
 _JOINTS = 22
@@ -15,24 +15,25 @@ _Z_UP_TO_Y_UP = np.array([np.sqrt(0.5), -np.sqrt(0.5), 0, 0])
 _PELVIS = np.array([0.0, -0.22, 0.03])
 _MEAN_LEG = 0.81
 _SPLIT = ("root_orient", "pose_body")
-"""What newer files have in place of `poses`."""
+"""Arrays that newer files have in place of `poses`."""
 _RATES = ("mocap_framerate", "mocap_frame_rate")
 _BYTES_MAX = 2**30
-_FRAMES_FREE = 10_000
+_FRAMES_UNCHECKED = 10_000
+"""Number of frames up to which the size of the file is not checked."""
 _FRAME_BYTES = 20
-"""A clip longer than the former has so many bytes a frame in its file, at least: even packed, recordings have 100."""
+"""Least number of bytes in the file for each further frame: even compressed, recordings have 100."""
 _LICENCE = "AMASS: see amass.is.tue.mpg.de; non-commercial unless licensed"
 
 
 def read_amass(path: str | Path) -> Motion:
-    """Read an AMASS npz: 22 body joints, hands at rest, from z up to y up.
+    """Reads an AMASS npz: 22 body joints, hands at rest, turned from z up to y up.
 
-    AMASS turns the body about its own pelvis, which lies at J0(betas) from its origin, and adds `trans`: the pelvis is
-    at `trans` + J0. J0 and the leg length are those of the mean SMPL body, since the betas mean nothing without it.
+    AMASS turns the body about its own pelvis, which lies at J0(betas) from its origin, and adds `trans`. So the pelvis
+    is at `trans` + J0. J0 and the leg length are those of the mean SMPL body, since the betas mean nothing without it.
 
     Raises:
-        BadMotion: The file is missing, damaged, holds objects (pickles), lacks a key or has wrong shapes, has a rate
-            that no recording has, or more frames than 432,000 or than the file has bytes for.
+        BadMotion: The file is missing or damaged, holds objects (pickles), lacks a key, has wrong shapes or an
+            implausible rate, more than 432,000 frames, or more than a file of its size can hold.
 
     Source: Mahmood et al., "AMASS: Archive of motion capture as surface shapes", 2019.
         Differs: shape and soft-tissue coefficients are not used.
@@ -40,7 +41,7 @@ def read_amass(path: str | Path) -> Motion:
     path = Path(path)
     arrays = _arrays(path)
     rotvecs, translations = _rotation_vectors(arrays, path), arrays["trans"].astype(np.float64)
-    fps = checked_rate(float(next(arrays[name] for name in _RATES if name in arrays).item()), path)
+    fps = check_rate(float(next(arrays[name] for name in _RATES if name in arrays).item()), path)
     if translations.shape != (len(rotvecs), 3):
         what = f"trans of {path} must be {(len(rotvecs), 3)}"
         raise BadMotion(what, translations.shape, "make poses and trans agree")
@@ -67,7 +68,7 @@ def read_amass(path: str | Path) -> Motion:
 
 
 def _arrays(path: Path) -> dict[str, np.ndarray]:
-    """The arrays that are used, all that are needed."""
+    """Returns the arrays that are used, after checking that those that are needed are there."""
     content = read_bytes(path, _BYTES_MAX, error=BadMotion, cure="name an AMASS npz file")
     try:
         arrays = npz_arrays(content, ("poses", *_SPLIT, "trans", *_RATES))
@@ -87,11 +88,11 @@ def _arrays(path: Path) -> dict[str, np.ndarray]:
 
 
 def _refuse_too_many_frames(arrays: dict[str, np.ndarray], path: Path, size: int) -> None:
-    """Refuse what would take far more memory than the file is long: equal frames are packed into next to nothing."""
+    """Refuses what would take far more memory than the size of the file: equal frames compress to next to nothing."""
     frames = max((len(array) for name, array in arrays.items() if name not in _RATES and array.ndim), default=0)
     if frames > FRAMES_MAX:
         raise BadMotion(f"{path} may have {FRAMES_MAX} frames, an hour at 120 a second", frames, "cut it into clips")
-    if frames > _FRAMES_FREE + size // _FRAME_BYTES:
+    if frames > _FRAMES_UNCHECKED + size // _FRAME_BYTES:
         got = f"{frames} in {size} bytes"
         raise BadMotion(f"{path} has more frames than a recording of its size has", got, "save it without compression")
 

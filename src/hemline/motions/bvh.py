@@ -1,4 +1,4 @@
-"""Read Biovision hierarchies: any joints, any order of channels."""
+"""Reads Biovision hierarchies (BVH) with any joints and any order of channels."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -11,28 +11,28 @@ from jaxtyping import Float
 from hemline.errors import BadMotion
 from hemline.files.reading import TEXT_MAX, read_text
 
-from .motion import FRAMES_MAX, checked_rate
+from .motion import FRAMES_MAX, check_rate
 from .quaternions import from_euler
 
 _ROTATIONS = {"Xrotation": "X", "Yrotation": "Y", "Zrotation": "Z"}
 _POSITIONS = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
 _JOINTS_MAX = 5_000
 _LARGEST = 1e9
-"""Angles and places are below it, in any unit."""
-_ROTATIONS_FREE = 100_000
-"""Rotations that are made whatever the file's size is; beyond, there is a number in the file for each, at least."""
+"""Limit of angles and positions, in any unit."""
+_ROTATIONS_UNCHECKED = 100_000
+"""Number of rotations up to which joints without channels are accepted."""
 
 
 @dataclass(frozen=True, eq=False)
-class Skeleton:
+class BvhSkeleton:
     """The hierarchy of a BVH file, in the file's own unit and axes.
 
     Attributes:
         names: Joint names, root first, a parent before its children.
         parents: Index of each joint's parent; -1 for the root.
-        offsets: Place of each joint relative to its parent in the zero pose [file's unit].
+        offsets: Position of each joint relative to its parent in the zero pose [file's unit].
         ends: Offset of the End Site of a leaf joint, by joint index [file's unit].
-        channels: The channels of each joint, as listed.
+        channels: Channels of each joint, in their order.
     """
 
     names: tuple[str, ...]
@@ -43,7 +43,7 @@ class Skeleton:
 
     @property
     def zero_positions(self) -> Float[np.ndarray, "joints 3"]:
-        """Where the joints are when all rotations are zero [file's unit]."""
+        """Positions of the joints when all rotations are zero [file's unit]."""
         positions = self.offsets.copy()
         for joint, parent in enumerate(self.parents):
             if parent >= 0:
@@ -53,29 +53,29 @@ class Skeleton:
 
 @dataclass(frozen=True, eq=False)
 class Bvh:
-    """A BVH file.
+    """The content of a BVH file.
 
     Attributes:
         skeleton: Its hierarchy.
         rotations: Local rotation of each joint, unit quaternions wxyz.
-        positions: Place relative to the parent of each joint that has channels for it, always of the root, by joint
-            index; it takes the place of the offset [file's unit].
+        positions: Position relative to the parent, by joint index, of the root and of each joint that has channels for
+            it; it replaces the offset [file's unit].
         fps: Frames a second.
     """
 
-    skeleton: Skeleton
+    skeleton: BvhSkeleton
     rotations: Float[np.ndarray, "frames joints 4"]
     positions: dict[int, Float[np.ndarray, "frames 3"]]
     fps: float
 
 
 def read_bvh(path: str | Path) -> Bvh:
-    """Read a BVH file as it stands: nothing is renamed, scaled or turned.
+    """Reads a BVH file as it is: nothing is renamed, scaled or turned.
 
     Raises:
-        BadMotion: The file is missing, too large, truncated or no BVH, a number is no number, NaN or infinite, the
-            numbers do not fill the frames and channels that are declared, there are more joints than channels, or a
-            rate that no recording has.
+        BadMotion: The file is missing, too large, truncated or not a BVH, a number cannot be parsed or is not finite,
+            the numbers do not match the declared frames and channels, there are more joints than channels, or the rate
+            is implausible.
     """
     path = Path(path)
     text = read_text(path, TEXT_MAX, error=BadMotion, cure="name a BVH file", encoding="utf-8", strict=False)
@@ -89,20 +89,20 @@ def read_bvh(path: str | Path) -> Bvh:
     return Bvh(skeleton, _rotations(skeleton, values), _positions(skeleton, values), fps)
 
 
-def _refuse_bare_joints(skeleton: Skeleton, values: np.ndarray, path: Path) -> None:
-    """Refuse joints without channels where they would take far more memory than the file is long."""
+def _refuse_bare_joints(skeleton: BvhSkeleton, values: np.ndarray, path: Path) -> None:
+    """Refuses joints without channels if they would take far more memory than the size of the file."""
     frames, channels = values.shape
     joints = len(skeleton.names)
-    if joints > channels and frames * joints > _ROTATIONS_FREE:
+    if joints > channels and frames * joints > _ROTATIONS_UNCHECKED:
         got = f"{joints} joints, {channels} channels, {frames} frames"
         raise BadMotion(f"{path} has more joints than channels", got, "give each joint its channels, or leave it out")
 
 
-class _Odd(ValueError):
-    """What is wrong with a file, in words."""
+class _BadBvh(ValueError):
+    """Describes what is wrong with a file."""
 
 
-def _hierarchy(words: list[str], path: Path) -> Skeleton:
+def _hierarchy(words: list[str], path: Path) -> BvhSkeleton:
     names: list[str] = []
     parents: list[int] = []
     offsets: list[list[float]] = []
@@ -127,7 +127,7 @@ def _hierarchy(words: list[str], path: Path) -> Skeleton:
             elif word == "OFFSET":
                 offset = [float(number) for number in words[place + 1 : place + 4]]
                 if len(offset) != 3 or not open_joints:
-                    raise _Odd("an OFFSET of other than three numbers, or of no joint")
+                    raise _BadBvh("an OFFSET of other than three numbers, or of no joint")
                 if open_joints[-1] == -1:
                     ends[open_joints[-2]] = np.array(offset)
                 else:
@@ -137,22 +137,22 @@ def _hierarchy(words: list[str], path: Path) -> Skeleton:
                 count = int(words[place + 1])
                 listed = tuple(words[place + 2 : place + 2 + count])
                 if any(name not in _ROTATIONS and name not in _POSITIONS for name in listed) or len(listed) != count:
-                    raise _Odd(f"CHANNELS {' '.join(words[place + 1 : place + 5])[:60]}")
+                    raise _BadBvh(f"CHANNELS {' '.join(words[place + 1 : place + 5])[:60]}")
                 channels[open_joints[-1]] = listed
                 place += 2 + count
             elif word == "}":
                 open_joints.pop()
                 place += 1
             else:
-                raise _Odd(f"'{word[:60]}'")
+                raise _BadBvh(f"'{word[:60]}'")
         if open_joints or not names:
-            raise _Odd("an end inside a joint")
+            raise _BadBvh("an end inside a joint")
         if parents.count(-1) > 1:
-            raise _Odd("two roots")
+            raise _BadBvh("two roots")
         if not (np.abs(offsets) < _LARGEST).all():
-            raise _Odd(f"an OFFSET that is NaN, infinite or beyond {_LARGEST:g}")
+            raise _BadBvh(f"an OFFSET that is NaN, infinite or beyond {_LARGEST:g}")
     except (ValueError, IndexError) as reason:
-        got = reason if isinstance(reason, _Odd) else f"'{' '.join(words[place : place + 4])[:60]}'"
+        got = reason if isinstance(reason, _BadBvh) else f"'{' '.join(words[place : place + 4])[:60]}'"
         raise BadMotion(f"the hierarchy of {path} cannot be read", got, "export the file again") from reason
     if len(names) > _JOINTS_MAX:
         cure = "export the bones of the body alone"
@@ -160,7 +160,7 @@ def _hierarchy(words: list[str], path: Path) -> Skeleton:
     if len(set(names)) != len(names):
         twice = Counter(names).most_common(1)[0][0]
         raise BadMotion(f"joints of {path} must have different names", f"'{twice[:60]}' twice", "rename one of them")
-    return Skeleton(tuple(names), tuple(parents), np.array(offsets), ends, tuple(channels))
+    return BvhSkeleton(tuple(names), tuple(parents), np.array(offsets), ends, tuple(channels))
 
 
 def _frames(text: str, channel_count: int, path: Path) -> tuple[np.ndarray, float]:
@@ -176,15 +176,15 @@ def _frames(text: str, channel_count: int, path: Path) -> tuple[np.ndarray, floa
     try:
         frame_count, frame_time = int(word := lines[0].split(":")[1]), float(word := lines[1].split(":")[1])
         if frame_count < 1 or not (np.isfinite(frame_time) and frame_time > 0):
-            raise _Odd(f"{_short(frame_count)} frames of {frame_time} s")
+            raise _BadBvh(f"{_short(frame_count)} frames of {frame_time} s")
         if frame_count > FRAMES_MAX:
-            raise _Odd(f"{_short(frame_count)} frames, more than {FRAMES_MAX}, which are an hour at 120 a second")
+            raise _BadBvh(f"{_short(frame_count)} frames, more than {FRAMES_MAX}, which are an hour at 120 a second")
         fps = _rate(frame_time, path)
         values = np.fromiter((float(word := each) for each in _words(body)), np.float64)
     except (ValueError, OverflowError) as reason:
         if isinstance(reason, BadMotion):
             raise
-        got = reason if isinstance(reason, _Odd) else f"'{word.strip()[:60]}' in place of a number"
+        got = reason if isinstance(reason, _BadBvh) else f"'{word.strip()[:60]}' in place of a number"
         raise BadMotion(f"the motion of {path} cannot be read", got, again) from reason
     in_first = len(body.lstrip().partition("\n")[0].split())
     if in_first != channel_count and len(values) != frame_count * channel_count:
@@ -201,14 +201,14 @@ def _frames(text: str, channel_count: int, path: Path) -> tuple[np.ndarray, floa
 
 
 def _rate(frame_time: float, path: Path) -> float:
-    """Frames a second; frame times are printed with few digits: 0.0083333 is 120 a second."""
+    """Returns frames a second. Frame times are printed with few digits: 0.0083333 is 120 a second."""
     fps = 1 / max(frame_time, 1e-6)
     whole = round(fps)
-    return checked_rate(float(whole) if abs(fps - whole) < 1e-3 * fps else fps, path)
+    return check_rate(float(whole) if abs(fps - whole) < 1e-3 * fps else fps, path)
 
 
 def _words(text: str) -> Iterator[str]:
-    """The words of a text, line by line, since all of them at once take thirty times its memory."""
+    """Yields the words of a text, line by line, since all of them at once would take thirty times its memory."""
     start = 0
     while start < len(text):
         end = text.find("\n", start)
@@ -218,11 +218,11 @@ def _words(text: str) -> Iterator[str]:
 
 
 def _short(number: int) -> str:
-    """A number, which may have thousands of digits."""
+    """Formats a number that may have thousands of digits."""
     return str(number) if abs(number) < 10**12 else "far too many"
 
 
-def _rotations(skeleton: Skeleton, values: np.ndarray) -> np.ndarray:
+def _rotations(skeleton: BvhSkeleton, values: np.ndarray) -> np.ndarray:
     rotations = np.zeros((len(values), len(skeleton.names), 4))
     rotations[..., 0] = 1
     by_order: dict[str, list[tuple[int, list[int]]]] = {}
@@ -239,7 +239,7 @@ def _rotations(skeleton: Skeleton, values: np.ndarray) -> np.ndarray:
     return rotations
 
 
-def _positions(skeleton: Skeleton, values: np.ndarray) -> dict[int, np.ndarray]:
+def _positions(skeleton: BvhSkeleton, values: np.ndarray) -> dict[int, np.ndarray]:
     positions = {0: np.tile(skeleton.offsets[0], (len(values), 1))}
     column = 0
     for joint, channels in enumerate(skeleton.channels):

@@ -1,4 +1,4 @@
-"""The part of a clip that was captured without jumps."""
+"""Finds the longest part of a clip without tracking errors, which appear as jumps."""
 
 import numpy as np
 
@@ -8,13 +8,13 @@ from .motion import JOINT_NAMES, Motion, Pose
 from .quaternions import angle, inverse, multiply
 
 JUMP_DEG_S = 3000.0
-"""A joint of the body that turns faster than this was lost by the cameras [deg/s]."""
+"""A body joint that turns faster than this was lost by the cameras [deg/s]."""
 
 TUMBLE_DEG_S = 1500.0
-"""So was a pelvis that turns faster than this, four times a second: gymnasts and divers reach about 1000 [deg/s]."""
+"""A pelvis that turns faster than this was lost by the cameras; gymnasts and divers reach about 1000 [deg/s]."""
 
 JUMP_M_S = 20.0
-"""So was a pelvis that moves faster than this; sprinters reach 12 [m/s]."""
+"""A pelvis that moves faster than this was lost by the cameras; sprinters reach 12 [m/s]."""
 
 _UNJUDGED = ("head", "collar", "foot", "wrist", "hand")
 _JUDGED = [index for index, name in enumerate(JOINT_NAMES) if not name.endswith(_UNJUDGED)]
@@ -25,10 +25,10 @@ _COLLARS, _SHOULDERS = (
 
 
 def longest_clean(motion: Motion) -> tuple[int, int]:
-    """First frame of the longest stretch without a jump, and the one after its last: `motion[first:end]`.
+    """Returns the longest part without a jump, as its first frame and the one after its last: `motion[first:end]`.
 
-    Judged are trunk and limbs, the upper arms against the chest, and the way of the pelvis; head, hands and toes are
-    not, since they are noisy in most recordings.
+    Jumps are those of trunk and limbs, of the upper arms relative to the chest, and of the path of the pelvis. Head,
+    hands and toes are ignored, since they are noisy in most recordings.
     """
     turning_deg_s, moving = _speeds(motion.rotations, motion.translations, motion.fps)
     jumps = np.flatnonzero((turning_deg_s > _LIMITS_DEG_S).any(axis=1) | (moving > JUMP_M_S))
@@ -38,7 +38,7 @@ def longest_clean(motion: Motion) -> tuple[int, int]:
 
 
 def jump(first: Pose, second: Pose, seconds: float) -> str:
-    """What jumps from one pose to the next, judged as in `longest_clean`; empty if nothing does."""
+    """Describes what jumps from one pose to the next, by the rules of `longest_clean`; empty if nothing does."""
     rotations, translations = np.stack([first.rotations, second.rotations]), [first.translation, second.translation]
     turning_deg_s, moving = _speeds(rotations, np.stack(translations), 1 / seconds)
     worst = int((turning_deg_s[0] / _LIMITS_DEG_S).argmax())
@@ -52,7 +52,7 @@ def jump(first: Pose, second: Pose, seconds: float) -> str:
 def _speeds(
     rotations: Float[np.ndarray, "frames joints 4"], translations: Float[np.ndarray, "frames 3"], fps: float
 ) -> tuple[Float[np.ndarray, "steps judged"], Float[np.ndarray, " steps"]]:
-    """Of the judged joints [deg/s], and of the pelvis [m/s]."""
+    """Returns the angular speed of the judged joints [deg/s], and the speed of the pelvis [m/s]."""
     rotations = rotations.astype(np.float64)
     rotations[:, _SHOULDERS] = multiply(rotations[:, _COLLARS], rotations[:, _SHOULDERS])
     rotations = rotations[:, _JUDGED]

@@ -1,4 +1,4 @@
-"""Make a clip of walking or running go on without a seam."""
+"""Loops a clip of walking or running seamlessly."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from jaxtyping import Float
 from hemline.errors import BadMotion
 
 from .motion import Motion
-from .quaternions import Quaternion, angle, continuous, inverse, multiply, normalised, rotate, slerp
+from .quaternions import Quaternion, angle, continuous, inverse, multiply, normalise, rotate, slerp
 
 _UP = np.array([0.0, 1, 0])
 
@@ -16,7 +16,7 @@ _UP = np.array([0.0, 1, 0])
 def seamless(
     motion: Motion, *, seconds: float, fps: float, cycle_s: tuple[float, float] = (0.5, 1.4), blend_s: float = 0.15
 ) -> Motion:
-    r"""Repeat the cycle of a clip whose ends meet best, advancing by its travel and heading.
+    r"""Repeats the cycle of a clip whose ends match best, advancing by its travel and heading.
 
     The cycle of $p$ frames starts at the frame $a$ where poses $a + k$ and $a + p + k$ agree best over a short window.
     With $T$ the turn about the vertical and the horizontal travel of a cycle, its first frames are blended from
@@ -24,13 +24,13 @@ def seamless(
 
     Args:
         motion: A clip that is a little longer than one cycle.
-        seconds: Length to reach at least [s].
-        fps: Rate of the result; divides the rate of the clip.
-        cycle_s: Shortest and longest cycle [s].
+        seconds: Least length of the result [s].
+        fps: Rate of the result, which must divide the rate of the clip.
+        cycle_s: Limits of the length of the cycle [s].
         blend_s: Length of the blend [s].
 
     Returns:
-        A whole number of cycles: the frame after the last is the first one again, moved on.
+        A whole number of cycles: the frame after the last would be the first one, moved on.
 
     Raises:
         BadMotion: The clip is too short, or the rate does not divide its own.
@@ -44,7 +44,7 @@ def seamless(
         got = f"{motion.seconds:.2f} s"
         raise BadMotion(f"'{motion.name}' is too short for a cycle", got, "give a longer clip or a shorter cycle_s")
     start, period = _best_cycle(motion, shortest, min(longest, len(motion) - blend - 1), blend)
-    rotations, translations, turn, travel = _blended_cycle(motion, start, period, blend)
+    rotations, translations, turn, travel = _blend_cycle(motion, start, period, blend)
     rounds = int(np.ceil(seconds * motion.fps / period))
     rounds += -rounds % (stride // np.gcd(stride, period))
     turned, moved = [rotations], [translations]
@@ -64,8 +64,8 @@ def seamless(
 
 
 def _heading(rotation: Quaternion) -> Quaternion:
-    """The turn about the vertical in a rotation."""
-    return normalised(rotation * np.array([1.0, 0, 1, 0]))
+    """Returns the turn about the vertical in a rotation."""
+    return normalise(rotation * np.array([1.0, 0, 1, 0]))
 
 
 def _best_cycle(motion: Motion, shortest: int, longest: int, window: int) -> tuple[int, int]:
@@ -82,22 +82,22 @@ def _best_cycle(motion: Motion, shortest: int, longest: int, window: int) -> tup
     return found
 
 
-def _blended_cycle(
+def _blend_cycle(
     motion: Motion, start: int, period: int, blend: int
 ) -> tuple[Float[np.ndarray, "frames joints 4"], Float[np.ndarray, "frames 3"], Quaternion, Float[np.ndarray, "3"]]:
     head = slice(start, start + blend + 1)
     tail = slice(start + period, start + period + blend + 1)
     rotations, translations = motion.rotations.astype(np.float64), motion.translations.astype(np.float64)
     turns = multiply(_heading(rotations[tail, 0]), inverse(_heading(rotations[head, 0])))
-    turn = normalised(continuous(turns).mean(axis=0))
+    turn = normalise(continuous(turns).mean(axis=0))
     travel = (translations[tail] - rotate(turn, translations[head])).mean(axis=0) * (1 - _UP)
     back = rotations[tail].copy()
     back[:, 0] = multiply(inverse(turn), back[:, 0])
     returned = rotate(inverse(turn), translations[tail] - travel)
-    share = np.linspace(0, 1, blend + 1)
-    share = share**3 * (10 + share * (6 * share - 15))  # no jump in acceleration
+    fraction = np.linspace(0, 1, blend + 1)
+    fraction = fraction**3 * (10 + fraction * (6 * fraction - 15))  # no jump in acceleration
     cycle = slice(start, start + period)
     rotations, translations = rotations[cycle].copy(), translations[cycle].copy()
-    rotations[: blend + 1] = slerp(back, rotations[: blend + 1], share[:, None])
-    translations[: blend + 1] = returned + share[:, None] * (translations[: blend + 1] - returned)
+    rotations[: blend + 1] = slerp(back, rotations[: blend + 1], fraction[:, None])
+    translations[: blend + 1] = returned + fraction[:, None] * (translations[: blend + 1] - returned)
     return rotations, translations, turn, travel

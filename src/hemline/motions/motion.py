@@ -1,4 +1,4 @@
-"""Poses of the 24-joint skeleton, and clips of them."""
+"""Poses of the 24-joint skeleton, and motions, which are clips of them."""
 
 import operator
 from dataclasses import dataclass, field, replace
@@ -40,32 +40,33 @@ JOINT_NAMES = (
     "left_hand",
     "right_hand",
 )
-"""The joints, in the order that every array has them."""
+"""Names of the joints, in the order of all arrays."""
 
 PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21)
-"""The parent of each joint; -1 for the pelvis. A parent always comes before its children."""
+"""Parent of each joint; -1 for the pelvis. A parent always comes before its children."""
 
 JOINT_COUNT = len(JOINT_NAMES)
 
 RATES = (1.0, 1000.0)
-"""Frames a second of a clip, at least and at most."""
+"""Least and greatest number of frames a second of a clip."""
 
 FRAMES_MAX = 432_000
-"""Frames that a clip has, at most: an hour at 120 a second."""
+"""Largest number of frames of a clip: an hour at 120 a second."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """One frame: how each joint is turned, and where the pelvis is.
+    """A pose: the rotation of each joint, and the position of the pelvis.
 
     Attributes:
         rotations: Local rotation of each joint relative to its parent, unit quaternions wxyz; identity is the T-pose:
             arms along x, legs straight down, facing +z.
         translation: Position of the pelvis joint in the world [m].
-        clip: The motion that it is a frame of, as read; None: it is on its body already. A `Player` places it by this.
+        clip: The motion, as it was read, of which this is a frame; a `Player` places the pose by it. None: the pose is
+            on its body already.
 
     Raises:
-        BadMotion: Wrong shape, NaN or infinity, or a quaternion that is not of length one.
+        BadMotion: Shapes are wrong, numbers are not finite, or a quaternion is not of length one.
     """
 
     rotations: Quaternions
@@ -73,7 +74,7 @@ class Pose:
     clip: "Motion | None" = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        rotations, translation = _checked(self.rotations, self.translation, ())
+        rotations, translation = _validate(self.rotations, self.translation, ())
         object.__setattr__(self, "rotations", rotations)
         object.__setattr__(self, "translation", translation)
 
@@ -82,37 +83,37 @@ class Pose:
         """Short hash of the content."""
         return content_hash(self.rotations, self.translation)
 
-    def placed_at(self, translation: Float[np.ndarray, "3"]) -> "Pose":
-        """The same pose elsewhere, on its body already: of no clip.
+    def move_to(self, translation: Float[np.ndarray, "3"]) -> "Pose":
+        """Returns this pose at another position, on its body and so without a clip.
 
-        Rotations that were checked are not checked again, which would take longer than all else.
+        Its rotations are not checked again, which would take longer than everything else.
 
         Args:
             translation: Position of the pelvis joint in the world, finite, float32 [m].
         """
-        there = object.__new__(Pose)
+        moved = object.__new__(Pose)
         for name, value in (("rotations", self.rotations), ("translation", translation), ("clip", None)):
-            object.__setattr__(there, name, value)
-        return there
+            object.__setattr__(moved, name, value)
+        return moved
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A clip: poses at a constant rate.
+    """A clip of poses at a constant rate.
 
     Attributes:
         rotations: Local rotation of each joint in each frame, as in `Pose`.
         translations: Position of the pelvis joint in each frame [m].
         fps: Frames a second.
         leg_length: Hip to knee to ankle of the body that the translations are scaled for [m].
-        name: What it is called.
-        source: Where it comes from: file and number of the recording.
+        name: Name of the clip.
+        source: File and number of the recording.
         licence: Terms, in short.
         notes: What was guessed, ignored or dropped when it was read, one sentence each.
 
     Raises:
-        BadMotion: Wrong shapes, no frame, NaN or infinity, a quaternion that is not of length one, a rate that is not
-            from 1 to 1000 frames a second, or a leg length that is not positive.
+        BadMotion: Shapes are wrong, there is no frame, numbers are not finite, a quaternion is not of length one, the
+            rate is not from 1 to 1000 frames a second, or the leg length is not positive.
     """
 
     rotations: Float[np.ndarray, "frames joints 4"]
@@ -128,13 +129,13 @@ class Motion:
         frames = (len(np.atleast_1d(self.rotations)),)
         if frames == (0,):
             raise BadMotion(f"motion '{self.name}' must have a frame", "none", "take a longer stretch")
-        rotations, translations = _checked(self.rotations, self.translations, frames)
+        rotations, translations = _validate(self.rotations, self.translations, frames)
         object.__setattr__(self, "rotations", rotations)
         object.__setattr__(self, "translations", translations)
         leg = float(self.leg_length)
         if not (np.isfinite(leg) and leg > 0):
             raise BadMotion(f"leg_length of motion '{self.name}' must be positive", leg, "give a number above 0")
-        object.__setattr__(self, "fps", checked_rate(float(self.fps), f"motion '{self.name}'"))
+        object.__setattr__(self, "fps", check_rate(float(self.fps), f"motion '{self.name}'"))
         object.__setattr__(self, "leg_length", leg)
         object.__setattr__(self, "notes", tuple(self.notes))
 
@@ -146,7 +147,7 @@ class Motion:
     @overload
     def __getitem__(self, index: slice) -> "Motion": ...
     def __getitem__(self, index: int | slice) -> "Pose | Motion":
-        """Pose of one frame, or the motion of a stretch; a step of 2 halves the rate."""
+        """Returns the pose of a frame, or the motion of a range of frames; a step of 2 halves the rate."""
         if not isinstance(index, slice):
             index = operator.index(index)
             return Pose(self.rotations[index], self.translations[index], self)
@@ -166,19 +167,19 @@ class Motion:
 
     @cached_property
     def hash(self) -> str:
-        """Short hash of all that moves: rotations, translations, rate and leg length, not of names."""
+        """Short hash of rotations, translations, rate and leg length, but not of names."""
         return content_hash(self.rotations, self.translations, {"fps": self.fps, "leg_length": self.leg_length})
 
     def at(self, seconds: float) -> Pose:
-        """Pose at any time, by slerp; before the start the first, after the end the last."""
+        """Returns the pose at any time, by slerp: before the start the first one, after the end the last one."""
         rotations, translations = self._between_frames(np.array([seconds], dtype=np.float64))
         return Pose(rotations[0], translations[0], self)
 
-    def resampled(self, fps: float) -> "Motion":
-        """The same motion at another rate, by slerp; it starts at the first frame and ends at or just before the last.
+    def resample(self, fps: float) -> "Motion":
+        """Returns this motion at another rate, by slerp, from the first frame to the last or just before it.
 
         Raises:
-            BadMotion: The rate is not positive, or would make more than 432,000 frames.
+            BadMotion: The rate is not positive, or the result would have more than 432,000 frames.
         """
         if not (np.isfinite(fps) and fps > 0):
             raise BadMotion(f"fps of motion '{self.name}' must be positive", fps, "give a number above 0")
@@ -195,26 +196,26 @@ class Motion:
         return replace(self, rotations=rotations, translations=translations, fps=fps)
 
     def frames_at(self, fps: float) -> int:
-        """Frames that it has when it is resampled to another rate."""
+        """Returns the number of frames of this motion at another rate."""
         return len(self) if fps == self.fps else int(np.floor(self.seconds * fps + 1e-3)) + 1
 
     def _between_frames(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         place = np.clip(times * self.fps, 0, len(self) - 1)
         before = np.floor(place).astype(np.int64)
         after = np.minimum(before + 1, len(self) - 1)
-        share = place - before
+        fraction = place - before
         rotations = slerp(
-            self.rotations[before].astype(np.float64), self.rotations[after].astype(np.float64), share[:, None]
+            self.rotations[before].astype(np.float64), self.rotations[after].astype(np.float64), fraction[:, None]
         )
         start, end = self.translations[before].astype(np.float64), self.translations[after].astype(np.float64)
-        return rotations, start + share[:, None] * (end - start)
+        return rotations, start + fraction[:, None] * (end - start)
 
 
-def checked_rate(fps: float, clip: object) -> float:
-    """The rate of a clip, which is called so in messages.
+def check_rate(fps: float, clip: object) -> float:
+    """Checks the rate of a clip, which messages call `clip`, and returns it.
 
     Raises:
-        BadMotion: It is not from 1 to 1000 frames a second.
+        BadMotion: The rate is not from 1 to 1000 frames a second.
     """
     if not RATES[0] <= fps <= RATES[1]:
         what = f"{clip} must have from {RATES[0]:g} to {RATES[1]:g} frames a second"
@@ -222,8 +223,10 @@ def checked_rate(fps: float, clip: object) -> float:
     return fps
 
 
-def _checked(rotations: np.ndarray, translations: np.ndarray, frames: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Both as C-contiguous float32 of the right shape, finite, the quaternions of length one."""
+def _validate(
+    rotations: np.ndarray, translations: np.ndarray, frames: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Checks rotations and translations, and returns both as C-contiguous float32, with quaternions of length one."""
     turned, moved = np.asarray(rotations), np.asarray(translations)
     expected = (*frames, JOINT_COUNT, 4), (*frames, 3)
     if turned.shape != expected[0] or moved.shape != expected[1]:

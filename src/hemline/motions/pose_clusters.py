@@ -1,4 +1,4 @@
-"""Many poses, a few that stand for them: weighted k-means on the rotations of the joints."""
+"""Clusters poses by weighted k-means on the rotations of the joints."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,12 @@ import numpy as np
 from hemline.arrays import Float, Int
 from hemline.errors import BadInput
 
-from .quaternions import from_axis_angle, heading, inverse, multiply, normalised, to_axis_angle
+from .quaternions import from_axis_angle, heading, inverse, multiply, normalise, to_axis_angle
 
-ROUNDS, INNER = 50, 5
-"""Rounds of k-means at most, and steps towards a mean in each of them."""
+ROUNDS = 50
+"""Largest number of rounds of k-means."""
+MEAN_STEPS = 5
+"""Number of steps towards a mean in each round."""
 
 
 @dataclass(frozen=True)
@@ -18,18 +20,18 @@ class PoseClusters:
     """Poses sorted into clusters.
 
     Attributes:
-        means: Of each cluster, unit quaternions; no pose that anybody took.
-        members: The poses of each, the nearest to its mean first: that one stands for it.
-        share: What is left of the mean square distance to the mean of all poses, 0 to 1.
+        means: Mean rotations of each cluster, unit quaternions; these are not actual poses.
+        members: Poses of each cluster, the nearest to its mean first: that one represents it.
+        residual: Mean square distance to the cluster means, as a fraction of that to the mean of all poses.
     """
 
     means: Float[np.ndarray, "clusters joints 4"]
     members: tuple[Int[np.ndarray, " _members"], ...]
-    share: float
+    residual: float
 
 
 def without_heading(rotations: Float[np.ndarray, "poses joints 4"]) -> Float[np.ndarray, "poses joints 4"]:
-    """Poses turned so that they all head the same way; how the root tilts is kept, as gravity pulls on it."""
+    """Turns poses to one heading; the tilt of the root is kept, as gravity depends on it."""
     result = np.array(rotations, np.float64)
     result[:, 0] = multiply(inverse(heading(result[:, 0])), result[:, 0])
     return result
@@ -40,7 +42,7 @@ def square_distances(
     second: Float[np.ndarray, "others joints 4"],
     weights: Float[np.ndarray, " joints"],
 ) -> Float[np.ndarray, "poses others"]:
-    r"""$\sum_j w_j |\log(R_{2,j}^T R_{1,j})|^2$ between poses [rad^2 times the unit of the weights]."""
+    r"""Returns $\sum_j w_j |\log(R_{2,j}^T R_{1,j})|^2$ between poses [rad^2 times the unit of the weights]."""
     total = np.zeros((len(first), len(second)))
     for joint in np.flatnonzero(weights):
         cosine = np.abs(first[:, joint] @ second[:, joint].T)
@@ -51,23 +53,23 @@ def square_distances(
 def cluster_poses(
     rotations: Float[np.ndarray, "poses joints 4"], weights: Float[np.ndarray, " joints"], count: int, *, seed: int = 0
 ) -> PoseClusters:
-    """Sort poses into clusters; where bodies head is left out.
+    """Sorts poses into clusters, regardless of their heading.
 
     Args:
         rotations: Local rotations of each pose, unit quaternions.
-        weights: How much each joint counts, not negative; at least one does.
-        count: Clusters.
-        seed: Another number begins with other poses.
+        weights: Weight of each joint, not negative; at least one is positive.
+        count: Number of clusters.
+        seed: Seed of the first means.
 
     Returns:
-        The clusters, the largest first.
+        The clusters, largest first.
 
     Raises:
-        BadInput: Fewer poses that differ than clusters, no weight, or one that is negative.
+        BadInput: There are fewer distinct poses than clusters, no positive weight, or a negative one.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        section 3.6 (weighted k-means). Differs: distances and means are those of rotations, not of joint angles; a
-        cluster is stood for by the pose nearest to its mean, which somebody took; where k-means begins is k-means++.
+        section 3.6 (weighted k-means). Differs: distances and means are those of rotations, not of joint angles; the
+        pose nearest to its mean represents a cluster, so it is an actual pose; k-means++ chooses the first means.
     """
     weights = np.asarray(weights, np.float64)
     if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):
@@ -98,7 +100,7 @@ def cluster_poses(
 
 
 def _first_means(poses: np.ndarray, weights: np.ndarray, count: int, random: np.random.Generator) -> np.ndarray:
-    """k-means++: each next one is a pose drawn by its square distance to those before."""
+    """Chooses the first means by k-means++: each is a pose drawn with its square distance to those before as weight."""
     chosen = [int(random.integers(len(poses)))]
     away = square_distances(poses, poses[chosen], weights)[:, 0]
     while len(chosen) < count:
@@ -110,11 +112,11 @@ def _first_means(poses: np.ndarray, weights: np.ndarray, count: int, random: np.
 
 
 def _means(poses: np.ndarray, owner: np.ndarray, means: np.ndarray) -> np.ndarray:
-    """Means of rotations (Karcher): where the rotation vectors to all poses of the cluster cancel out."""
+    """Returns means of rotations (Karcher), where the rotation vectors to all poses of a cluster cancel out."""
     count = np.bincount(owner, minlength=len(means))
-    for _ in range(INNER):
-        way = to_axis_angle(multiply(inverse(means[owner]), poses))
+    for _ in range(MEAN_STEPS):
+        rotation_vectors = to_axis_angle(multiply(inverse(means[owner]), poses))
         total = np.zeros((*means.shape[:2], 3))
-        np.add.at(total, owner, way)
-        means = normalised(multiply(means, from_axis_angle(total / np.maximum(count, 1)[:, None, None])))
+        np.add.at(total, owner, rotation_vectors)
+        means = normalise(multiply(means, from_axis_angle(total / np.maximum(count, 1)[:, None, None])))
     return means

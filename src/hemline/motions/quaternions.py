@@ -14,7 +14,7 @@ Vector = Float[np.ndarray, "... 3"]
 
 
 def multiply(first: Quaternion, second: Quaternion) -> Quaternion:
-    """Product `first second`: the rotation that turns by `second`, then by `first`."""
+    """Returns the product `first second`: the rotation that turns by `second`, then by `first`."""
     w, x, y, z = np.moveaxis(np.asarray(first), -1, 0)
     a, b, c, d = np.moveaxis(np.asarray(second), -1, 0)
     return np.stack(
@@ -29,54 +29,54 @@ def multiply(first: Quaternion, second: Quaternion) -> Quaternion:
 
 
 def inverse(rotation: Quaternion) -> Quaternion:
-    """The opposite rotation."""
+    """Returns the opposite rotation."""
     return np.asarray(rotation) * np.array([1, -1, -1, -1], dtype=np.asarray(rotation).dtype)
 
 
 def rotate(rotation: Quaternion, vector: Vector) -> Vector:
-    """The vectors turned by the rotations."""
+    """Turns vectors by rotations."""
     rotation, vector = np.asarray(rotation), np.asarray(vector)
     w, axis = rotation[..., :1], rotation[..., 1:]
     twice = 2 * np.cross(axis, vector)
     return vector + w * twice + np.cross(axis, twice)
 
 
-def normalised(rotation: Quaternion) -> Quaternion:
-    """The quaternions scaled to length one."""
+def normalise(rotation: Quaternion) -> Quaternion:
+    """Scales quaternions to length one."""
     return rotation / np.linalg.norm(rotation, axis=-1, keepdims=True)
 
 
 def angle(rotation: Quaternion) -> Float[np.ndarray, "..."] | np.floating:
-    """How far a rotation turns, 0 to pi [rad]."""
+    """Returns the angle of a rotation, from 0 to pi [rad]."""
     rotation = np.asarray(rotation)
     return 2 * np.arctan2(np.linalg.norm(rotation[..., 1:], axis=-1), np.abs(rotation[..., 0]))
 
 
-def slerp(start: Quaternion, end: Quaternion, share: Float[np.ndarray, "..."] | float) -> Quaternion:
-    r"""The rotation at a share of the shorter way from `start` to `end`, at constant angular speed.
+def slerp(start: Quaternion, end: Quaternion, fraction: Float[np.ndarray, "..."] | float) -> Quaternion:
+    r"""Interpolates from `start` to `end` along the shorter arc, at constant angular speed.
 
     $$q(t) = \frac{\sin((1-t)\theta)\, q_0 + \sin(t\theta)\, q_1}{\sin\theta}, \qquad \cos\theta = |q_0 \cdot q_1|$$
 
     Args:
-        start: Rotations at share 0.
-        end: Rotations at share 1.
-        share: Where between them; broadcasts against the leading axes.
+        start: Rotations at fraction 0.
+        end: Rotations at fraction 1.
+        fraction: Fraction of the arc; broadcasts against the leading axes.
 
     Source: Shoemake, "Animating rotation with quaternion curves", 1985, section 3.3.
     """
     cosine = np.sum(start * end, axis=-1, keepdims=True)
     end, cosine = np.where(cosine < 0, -end, end), np.minimum(np.abs(cosine), 1.0)
-    share = np.asarray(share, dtype=cosine.dtype)[..., None]
+    fraction = np.asarray(fraction, dtype=cosine.dtype)[..., None]
     theta = np.arccos(cosine)
     near = theta < 1e-4
     sine = np.where(near, 1.0, np.sin(theta))
-    from_start = np.where(near, 1 - share, np.sin((1 - share) * theta) / sine)
-    from_end = np.where(near, share, np.sin(share * theta) / sine)
-    return normalised(from_start * start + from_end * end)
+    from_start = np.where(near, 1 - fraction, np.sin((1 - fraction) * theta) / sine)
+    from_end = np.where(near, fraction, np.sin(fraction * theta) / sine)
+    return normalise(from_start * start + from_end * end)
 
 
 def continuous(rotations: Float[np.ndarray, "frames ... 4"]) -> Float[np.ndarray, "frames ... 4"]:
-    """The same rotations with signs chosen so that neighbours in time are near, and the first has w >= 0."""
+    """Chooses the signs of quaternions so that neighbours in time are near, and the first has w >= 0."""
     flips = np.where(np.sum(rotations[1:] * rotations[:-1], axis=-1) < 0, -1, 1)
     first = np.where(rotations[:1, ..., 0] < 0, -1, 1)
     signs = np.cumprod(np.concatenate([first, flips]), axis=0)
@@ -84,7 +84,7 @@ def continuous(rotations: Float[np.ndarray, "frames ... 4"]) -> Float[np.ndarray
 
 
 def to_matrix(rotation: Quaternion) -> Matrix:
-    """Rotation matrices of unit quaternions."""
+    """Returns the rotation matrices of unit quaternions."""
     w, x, y, z = np.moveaxis(np.asarray(rotation), -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -95,10 +95,10 @@ def to_matrix(rotation: Quaternion) -> Matrix:
 
 
 def from_matrix(matrix: Matrix) -> Quaternion:
-    """Unit quaternions, w >= 0, of rotation matrices.
+    """Returns the unit quaternions, with w >= 0, of rotation matrices.
 
-    Source: Shepperd, "Quaternion from rotation matrix", 1978: the largest of the four candidates is divided by, so that
-    it never loses digits.
+    Source: Shepperd, "Quaternion from rotation matrix", 1978: the largest of the four candidates is the divisor, so no
+    digits are lost.
     """
     m = np.asarray(matrix)
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
@@ -115,29 +115,29 @@ def from_matrix(matrix: Matrix) -> Quaternion:
         axis=-2,
     )
     best = np.argmax(squares, axis=-1)[..., None, None]
-    chosen = normalised(np.take_along_axis(table, best, axis=-2)[..., 0, :])
+    chosen = normalise(np.take_along_axis(table, best, axis=-2)[..., 0, :])
     return np.where(chosen[..., :1] < 0, -chosen, chosen)
 
 
 def from_axis_angle(vector: Vector) -> Quaternion:
-    """Unit quaternions of rotation vectors, axis times angle [rad]."""
+    """Returns the unit quaternions of rotation vectors, axis times angle [rad]."""
     vector = np.asarray(vector)
     half = 0.5 * np.linalg.norm(vector, axis=-1, keepdims=True)
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * vector], axis=-1)
 
 
 def to_axis_angle(rotation: Quaternion) -> Vector:
-    """Rotation vectors of unit quaternions, axis times angle, no longer than pi [rad]."""
+    """Returns the rotation vectors of unit quaternions, axis times angle, no longer than pi [rad]."""
     rotation = np.asarray(rotation)
     turned = np.where(rotation[..., :1] < 0, -rotation, rotation)
     sine = np.linalg.norm(turned[..., 1:], axis=-1, keepdims=True)
     half = np.arctan2(sine, turned[..., :1])
-    # 2 half / sine is 2 where nothing turns
+    # 2 half / sine tends to 2 for the identity
     return np.where(sine < 1e-9, 2.0, 2 * half / np.maximum(sine, 1e-9)) * turned[..., 1:]
 
 
 def heading(rotation: Quaternion) -> Quaternion:
-    """The part of rotations that turns about the vertical (y): what is left, its inverse times the rotation, tilts."""
+    """Returns the part of rotations that turns about the vertical (y); its inverse times the rotation is the tilt."""
     rotation = np.asarray(rotation)
     w, y = rotation[..., 0], rotation[..., 2]
     length = np.hypot(w, y)
@@ -147,12 +147,12 @@ def heading(rotation: Quaternion) -> Quaternion:
 
 
 def from_euler(angles: Float[np.ndarray, "... turns"], order: str) -> Quaternion:
-    """Unit quaternions of intrinsic turns about the axes named in `order`, as BVH lists them.
+    """Returns the unit quaternions of intrinsic turns about the axes named in `order`, as BVH lists them.
 
     `from_euler([a, b, c], "ZYX")` is R = Rz(a) Ry(b) Rx(c).
 
     Args:
-        angles: One angle a letter of `order` [rad].
+        angles: One angle for each letter of `order` [rad].
         order: Letters X, Y, Z, in any number.
     """
     angles = np.asarray(angles)
@@ -167,7 +167,7 @@ def from_euler(angles: Float[np.ndarray, "... turns"], order: str) -> Quaternion
 
 
 def between(start: Vector, end: Vector) -> Quaternion:
-    """The smallest rotation that turns the direction `start` onto the direction `end`; a half turn is about z or x."""
+    """Returns the smallest rotation of the direction `start` onto the direction `end`; half turns are about z or x."""
     start, end = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
     start = start / np.linalg.norm(start, axis=-1, keepdims=True)
     end = end / np.linalg.norm(end, axis=-1, keepdims=True)
@@ -179,4 +179,4 @@ def between(start: Vector, end: Vector) -> Quaternion:
     else:
         opposite = 0.0
     smallest = np.concatenate([1 + cosine, np.cross(start, end)], axis=-1)
-    return normalised(np.where(cosine < -1 + 1e-9, opposite, smallest))
+    return normalise(np.where(cosine < -1 + 1e-9, opposite, smallest))

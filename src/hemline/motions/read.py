@@ -1,4 +1,4 @@
-"""Read clips, whatever their format."""
+"""Reads clips of any supported format."""
 
 from pathlib import Path
 
@@ -17,13 +17,14 @@ from .terms import CMU_TERMS
 
 
 def read(path: str | Path, *, unit: str | None = None) -> Motion:
-    """Read a clip: BVH of a humanoid rig, AMASS npz, an animation of a GLB, or what hemline wrote (safetensors).
+    """Reads a clip: BVH of a humanoid rig, AMASS npz, an animation of a GLB, or a motion of hemline (safetensors).
 
-    It comes on the 24 joints, in metres, y up, at its own rate. `Motion.notes` says what was guessed, ignored, dropped.
+    The result is on the 24 joints, in metres, with y up, at its own rate. `Motion.notes` says what was guessed, ignored
+    or dropped.
 
     Args:
-        path: The file; its ending chooses the format. `FILE:NAME` is one of several animations of a GLB, VRM or glTF.
-        unit: Unit of a BVH: `m`, `cm`, `mm`, `inch` or `cmu`; None to guess it from the size.
+        path: The file, whose ending tells the format. `FILE:NAME` is one of several animations of a GLB, VRM or glTF.
+        unit: Unit of a BVH: `m`, `cm`, `mm`, `inch` or `cmu`; None: guessed from the size.
 
     Raises:
         BadMotion: The file cannot be read, a joint is missing, or the unit contradicts the size.
@@ -47,7 +48,7 @@ def read(path: str | Path, *, unit: str | None = None) -> Motion:
 
 
 def open_motion(path_or_name: str | Path) -> Motion:
-    """Load a shipped clip by its name, or read a file, or `FILE:NAME` of a GLB."""
+    """Loads a shipped clip by name, or reads a file, or `FILE:NAME` of a GLB."""
     if split_name(path_or_name)[0].suffix or Path(path_or_name).is_file():
         return read(path_or_name)
     return load(str(path_or_name))

@@ -1,4 +1,4 @@
-"""The short clips that come with the package."""
+"""Short clips that ship with the package."""
 
 import difflib
 import functools
@@ -10,7 +10,7 @@ from .motion import Motion
 from .store import read_many
 
 SHIPPED = Path(__file__).parents[1] / "models" / "excerpts.safetensors"
-"""Made by `python -m hemline.models.make.excerpts FOLDER`; `excerpts.NOTICE.md` says whose they are."""
+"""File of the clips, made by `python -m hemline.models.make.excerpts FOLDER`; `excerpts.NOTICE.md` has their terms."""
 
 
 @functools.cache
@@ -19,12 +19,12 @@ def _excerpts() -> dict[str, Motion]:
 
 
 def names() -> tuple[str, ...]:
-    """Names of the shipped clips."""
+    """Returns the names of the shipped clips."""
     return tuple(_excerpts())
 
 
 def load(name: str) -> Motion:
-    """A shipped clip.
+    """Returns a shipped clip.
 
     Raises:
         BadMotion: No clip has that name.

@@ -1,4 +1,4 @@
-"""Motions in hemline's own container."""
+"""Reads and writes motions in hemline's own container."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,7 +23,7 @@ _FIELDS = {
 
 
 def write(path: str | Path, motion: Motion) -> None:
-    """Write a motion in hemline's own format, whole or not at all.
+    """Writes a motion in hemline's own format, whole or not at all.
 
     Raises:
         BadOutput: The ending is not `.safetensors`, or the path cannot be written.
@@ -33,31 +33,31 @@ def write(path: str | Path, motion: Motion) -> None:
             f"no motion is written to {path}", f"the ending '{Path(path).suffix}'", "let it end in .safetensors"
         )
     arrays = {name: getattr(motion, name) for name in _ARRAYS}
-    write_tensors(path, arrays, {"kind": "motion"} | _described(motion))
+    write_tensors(path, arrays, {"kind": "motion"} | _metadata(motion))
 
 
 def write_many(path: str | Path, motions: Mapping[str, Motion]) -> None:
-    """Write several motions into one file, each under its key."""
+    """Writes several motions into one file, each under its key."""
     arrays = {f"{key}.{name}": getattr(motion, name) for key, motion in motions.items() for name in _ARRAYS}
-    described = {key: _described(motion) for key, motion in motions.items()}
+    described = {key: _metadata(motion) for key, motion in motions.items()}
     write_tensors(path, arrays, {"kind": "motions", "motions": described})
 
 
 def read_stored(path: str | Path) -> Motion:
-    """Read what `write` wrote.
+    """Reads a motion that `write` wrote.
 
     Raises:
-        BadMotion: The file is missing, damaged, of another kind or a future version, or its content is no motion.
+        BadMotion: The file is missing, damaged, of another kind or a future version, or its content is not a motion.
     """
     arrays, metadata = read_tensors(path, "motion", error=BadMotion)
     return _motion(path, arrays, metadata)
 
 
 def read_many(path: str | Path) -> dict[str, Motion]:
-    """Read what `write_many` wrote.
+    """Reads motions that `write_many` wrote.
 
     Raises:
-        BadMotion: As for `read_stored`.
+        BadMotion: The file cannot be read, see `read_stored`.
     """
     arrays, metadata = read_tensors(path, "motions", error=BadMotion)
     motions = {}
@@ -67,7 +67,7 @@ def read_many(path: str | Path) -> dict[str, Motion]:
     return motions
 
 
-def _described(motion: Motion) -> dict[str, Any]:
+def _metadata(motion: Motion) -> dict[str, Any]:
     return {field: getattr(motion, field) for field in _FIELDS} | {"notes": list(motion.notes)}
 
 

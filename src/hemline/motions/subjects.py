@@ -1,4 +1,4 @@
-"""Who was captured, as far as a clip's name says."""
+"""Finds who was captured, as far as a clip's name tells."""
 
 import re
 from pathlib import Path
@@ -11,13 +11,13 @@ _COUPLES = {"19": "18", "21": "20", "23": "22", "34": "33", "61": "60"}
 
 
 def cmu_number(text: str) -> str | None:
-    """Number of the CMU recording that a text names, such as `02_03`."""
+    """Returns the number of the CMU recording that a text names, such as `02_03`."""
     match = _CMU.search(text)
     return match.group() if match else None
 
 
 def subject_of(clip: Motion | str | Path) -> str:
-    """Who was captured: the subject's number for CMU recordings, else the name without its trailing number.
+    """Returns who was captured: the subject's number of CMU recordings, else the name without its trailing number.
 
     Couples that were recorded together count as one, under the lower number.
 

@@ -1,4 +1,4 @@
-"""Pictures without a display: a small rasteriser, cameras that frame a clip, PNG and moving WebP."""
+"""Pictures without a display: a small rasteriser, cameras that frame a clip, PNG and animated WebP."""
 
 from .camera import VIEWS_DEG as VIEWS_DEG
 from .camera import Camera as Camera

@@ -1,4 +1,4 @@
-"""Where a picture is taken from: a perspective camera, and how it is placed so that everything fits."""
+"""A perspective camera, and its placement so that everything is in view."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ VIEWS_DEG = {
 """Azimuth of each named view about the vertical, from the direction +z that a body faces [degrees]."""
 
 ELEVATION_DEG = 9.0
-"""How far the camera looks down [degrees]."""
+"""Angle by which the camera looks down [degrees]."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Camera:
 
     Attributes:
         eye: Position [m].
-        target: The point in the middle of the picture [m].
+        target: Point in the middle of the picture [m].
         field_of_view: Vertical opening angle [rad].
     """
 
@@ -44,16 +44,16 @@ class Camera:
         right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-9 else np.array([1.0, 0.0, 0.0])
         return np.stack([right, np.cross(back, right), back])
 
-    def moved(self, offset: Float[np.ndarray, "3"]) -> "Camera":
-        """The same camera, moved as a whole by `offset` [m]."""
+    def shift(self, offset: Float[np.ndarray, "3"]) -> "Camera":
+        """Returns this camera moved by `offset` [m]."""
         eye, target = np.add(self.eye, offset), np.add(self.target, offset)
         return Camera(tuple(eye.tolist()), tuple(target.tolist()), self.field_of_view)
 
-    def projected(self, points: Points, size: tuple[int, int]) -> Float[np.ndarray, "points 3"]:
-        """Pixel coordinates x (right), y (down) of points, and their depth along the view [m].
+    def project(self, points: Points, size: tuple[int, int]) -> Float[np.ndarray, "points 3"]:
+        """Returns pixel coordinates x (right), y (down) of points, and their depth along the view [m].
 
         Args:
-            points: In the world [m].
+            points: Points in the world [m].
             size: Width and height of the picture [pixels].
         """
         width, height = size
@@ -64,10 +64,10 @@ class Camera:
 
 
 def view_axes(view: str) -> Float[np.ndarray, "3 3"]:
-    """Rows: right, up and backward of a camera in a named direction.
+    """Returns right, up and backward direction, as rows, of a camera in a named view.
 
     Raises:
-        BadInput: The view has no such name.
+        BadInput: The view is unknown.
     """
     if view not in VIEWS_DEG:
         raise BadInput("no such view", repr(view), f"choose one of {', '.join(VIEWS_DEG)}")
@@ -84,21 +84,21 @@ def frame_points(
     margin: float = 0.06,
     field_of_view: float = 0.45,
 ) -> Camera:
-    r"""The nearest camera in a named direction that sees all points.
+    r"""Returns the nearest camera in a named view that sees all points.
 
     With points $(x, y, z)$ along the camera's axes and $t$ the tangent of half the opening angle, a camera at
     $(c, d)$ sees them all in width if $d t \ge \pm(x - c) + z t$; adding both gives the smallest $d$ and its $c$. The
     same holds in height; the larger $d$ is taken.
 
     Args:
-        points: What must be seen [m].
+        points: Points that must be in view [m].
         view: One of `VIEWS_DEG`.
         size: Width and height of the picture [pixels].
-        margin: Share of the picture left free at each edge.
+        margin: Fraction of the picture left free at each edge.
         field_of_view: Vertical opening angle [rad].
 
     Raises:
-        BadInput: The view has no such name, or no point is finite.
+        BadInput: The view is unknown, or no point is finite.
     """
     axes = view_axes(view)
     points = np.asarray(points, np.float64).reshape(-1, 3)
@@ -124,18 +124,19 @@ def frame_clip(
     follow: bool = True,
     margin: float = 0.06,
 ) -> list[Camera]:
-    """One camera a frame that sees the whole clip: it goes along with the middle of the points, or stands still.
+    """Returns one camera per frame, which follows the middle of the points or stands still.
 
     Args:
-        frames: What must be seen, frame by frame [m].
+        frames: Points that must be in view, frame by frame [m].
         view: One of `VIEWS_DEG`.
         size: Width and height of the picture [pixels].
-        fps: Frames a second, for the smoothing of the camera's path.
-        follow: Go along horizontally, smoothed over a quarter of a second; else one camera sees all frames.
-        margin: Share of the picture left free at each edge.
+        fps: Frames per second, for the smoothing of the path of the camera.
+        follow: Whether the camera follows horizontally, smoothed over a quarter of a second; otherwise one camera sees
+            all frames.
+        margin: Fraction of the picture left free at each edge.
 
     Raises:
-        BadInput: As `frame_points`.
+        BadInput: See `frame_points`.
     """
     if not len(frames):
         raise BadInput("nothing to look at", "a clip without frames", "give at least one frame")
@@ -146,7 +147,7 @@ def frame_clip(
     path = _smooth(middles, sigma=0.25 * fps)
     corners = np.concatenate([points - step for points, step in zip(frames, path, strict=True)])
     camera = frame_points(corners, view, size=size, margin=margin)
-    return [camera.moved(step) for step in path]
+    return [camera.shift(step) for step in path]
 
 
 def _fit_axis(across: np.ndarray, towards: np.ndarray, tangent: float) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""The figure of an evaluation: a frame beside the truth, and where they differ."""
+"""A picture of a frame beside the simulated one, with their difference."""
 
 from pathlib import Path
 
@@ -26,14 +26,14 @@ def compare(
     body: tuple[BodyVertices, BodyFaces] | None = None,
     size: tuple[int, int] = (480, 600),
 ) -> None:
-    """Write a PNG of one frame from two sides: the truth, ours, and ours coloured by its error.
+    """Writes a PNG of one frame from two sides: the truth, the animated garment, and that one coloured by its error.
 
     Args:
-        path: The PNG.
+        path: Path of the PNG.
         ours: The garment as animated [m].
         truth: The garment as simulated [m]; without it, only ours is drawn.
         faces: Triangles of the garment.
-        body: The posed body's vertices [m] and faces.
+        body: Vertices [m] and faces of the posed body.
         size: Width and height of each view [pixels].
 
     Raises:
@@ -51,10 +51,10 @@ def comparison(
     body: tuple[BodyVertices, BodyFaces] | None = None,
     size: tuple[int, int] = (480, 600),
 ) -> Picture:
-    """The picture that `compare` writes.
+    """Returns the picture that `compare` writes.
 
     Raises:
-        BadInput: As `compare`.
+        BadInput: See `compare`.
     """
     ours = np.asarray(ours, np.float32)
     under = [] if body is None else [surface_of(*body, "body")]
@@ -81,10 +81,10 @@ def comparison(
     return np.concatenate([np.concatenate(row, axis=1) for row in rows], axis=0)
 
 
-def scale_colours(shares: Float[np.ndarray, " verts"]) -> Float[np.ndarray, "verts 3"]:
-    """Colours from pale through yellow and red to dark, sRGB, for values from 0 to 1; beyond, the end's."""
+def scale_colours(values: Float[np.ndarray, " verts"]) -> Float[np.ndarray, "verts 3"]:
+    """Returns sRGB colours from pale through yellow and red to dark for values from 0 to 1, clamped beyond."""
     stops = np.linspace(0, 1, len(_SCALE))
-    return np.stack([np.interp(shares, stops, channel) for channel in _SCALE.T], axis=1).astype(np.float32)
+    return np.stack([np.interp(values, stops, channel) for channel in _SCALE.T], axis=1).astype(np.float32)
 
 
 def _with_scale(picture: Picture, limit_mm: float) -> Picture:

@@ -1,4 +1,4 @@
-"""One call to look at something."""
+"""Pictures of meshes in one call."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,16 +22,17 @@ def picture_of(
     size: tuple[int, int] = (640, 640),
     ground: float | str | None = "lowest",
 ) -> Picture:
-    """A picture of meshes, framed so that all is seen; several views come out in a row.
+    """Renders meshes so that everything is in view; several views are joined in a row.
 
     Args:
-        meshes: (vertices [m], faces, colour) each; colour `"cloth"`, `"body"`, `"truth"` or sRGB from 0 to 1.
-        view: One name of `VIEWS_DEG`, or several; `"auto"`: that from which most is seen of what is not `"body"`.
+        meshes: Tuples of vertices [m], faces and colour: `"cloth"`, `"body"`, `"truth"` or sRGB from 0 to 1.
+        view: One or several names of `VIEWS_DEG`, or `"auto"` for the view that shows most of the meshes that are not
+            `"body"`.
         size: Width and height of one view [pixels].
-        ground: Height of the ground plane [m], None for none, or `"lowest"`: at the lowest vertex.
+        ground: Height of the ground plane [m], None for no ground, or `"lowest"` for the lowest vertex.
 
     Raises:
-        BadInput: As `frame_points` and `render`.
+        BadInput: See `frame_points` and `render`.
     """
     surfaces = [surface_of(*mesh) for mesh in meshes]
     points = np.concatenate([surface.vertices for surface in surfaces])
@@ -49,10 +50,10 @@ def draw(
     size: tuple[int, int] = (640, 640),
     ground: float | str | None = "lowest",
 ) -> None:
-    """Write `picture_of` these meshes as PNG.
+    """Writes the picture of `picture_of` as PNG.
 
     Raises:
-        BadInput: As `picture_of`.
+        BadInput: See `picture_of`.
         BadOutput: The path cannot be written.
 
     Example:
@@ -63,8 +64,10 @@ def draw(
     write_png(path, picture_of(meshes, view, size=size, ground=ground))
 
 
-def _view_name(view: str, meshes: Sequence[tuple[AnyVertices, AnyFaces, object]], surfaces: Sequence[ShadedSurface]) -> str:
-    """The view's own name, or that from which most of the garment is seen."""
+def _view_name(
+    view: str, meshes: Sequence[tuple[AnyVertices, AnyFaces, object]], surfaces: Sequence[ShadedSurface]
+) -> str:
+    """Returns the name of a view; `"auto"` becomes the view that shows most of the garment."""
     if view != AUTO:
         return view
     for surface in surfaces:
@@ -81,7 +84,7 @@ def _view_name(view: str, meshes: Sequence[tuple[AnyVertices, AnyFaces, object]]
 
 
 def surface_of(vertices: Vertices, faces: Faces, colour: str | tuple[float, float, float]) -> ShadedSurface:
-    """A surface in a colour, where `"cloth"`, `"body"` and `"truth"` name the usual ones."""
+    """Returns a surface in a colour, sRGB or one of `"cloth"`, `"body"` and `"truth"`."""
     rgb = _NAMED_COLOURS[colour] if isinstance(colour, str) else colour
     body = colour == "body"
     return ShadedSurface(

@@ -1,4 +1,4 @@
-"""Pictures to files, and several pictures to one."""
+"""Writing of pictures to files, and composition of several pictures."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,37 +6,37 @@ from pathlib import Path
 import numpy as np
 
 from hemline.errors import BadInput, BadOutput
-from hemline.files import written_whole
+from hemline.files import atomic_write
 
 from .render import Picture
 
 
 def write_png(path: str | Path, picture: Picture) -> None:
-    """Write a picture as PNG, whole or not at all.
+    """Writes a picture as PNG, whole or not at all.
 
     Raises:
         BadOutput: The path cannot be written.
     """
     from PIL import Image
 
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         Image.fromarray(np.ascontiguousarray(picture, np.uint8)).save(temporary, format="PNG")
 
 
 def write_webp(path: str | Path, frames: Sequence[Picture], fps: float, *, quality: int = 82) -> None:
-    """Write pictures as one moving WebP that repeats for ever, whole or not at all.
+    """Writes pictures as an endless WebP, whole or not at all.
 
-    A frame's time is a whole number of milliseconds in the file, so times are rounded one by one such that the sum is
-    right: at 30 fps frames last 33, 34, 33, ... ms.
+    The file stores durations in whole milliseconds, which are rounded so that their sum is right: at 30 fps frames last
+    33, 34, 33, ... ms.
 
     Args:
-        path: The file.
+        path: The file to write.
         frames: Pictures of equal size.
-        fps: Frames a second.
-        quality: 0 to 100.
+        fps: Frames per second.
+        quality: Quality from 0 to 100.
 
     Raises:
-        BadOutput: No frames, more frames a second than the format can hold, or the path cannot be written.
+        BadOutput: There are no frames, `fps` is beyond 1000, or the path cannot be written.
     """
     from PIL import Image
 
@@ -45,7 +45,7 @@ def write_webp(path: str | Path, frames: Sequence[Picture], fps: float, *, quali
         raise BadOutput(f"cannot write {path}", got, "give at least one frame, and at most 1000 a second")
     ends_ms = np.round(1000 / fps * np.arange(len(frames) + 1)).astype(int)
     images = [Image.fromarray(np.ascontiguousarray(frame, np.uint8)) for frame in frames]
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         images[0].save(
             temporary,
             format="WEBP",
@@ -59,14 +59,14 @@ def write_webp(path: str | Path, frames: Sequence[Picture], fps: float, *, quali
 
 
 def side_by_side(pictures: Sequence[Picture], captions: Sequence[str] = ()) -> Picture:
-    """Pictures of equal height in one row, each with its caption above its lower edge.
+    """Joins pictures of equal height in one row, each with a caption at its lower edge.
 
     Args:
-        pictures: At least one.
-        captions: None, or one for each picture.
+        pictures: At least one picture.
+        captions: One caption per picture, or an empty sequence.
 
     Raises:
-        BadInput: No picture, heights that differ, or another number of captions than of pictures.
+        BadInput: There is no picture, or heights or the number of captions do not match.
     """
     heights = {picture.shape[0] for picture in pictures}
     if len(heights) != 1 or len(captions) not in (0, len(pictures)):
@@ -77,7 +77,7 @@ def side_by_side(pictures: Sequence[Picture], captions: Sequence[str] = ()) -> P
 
 
 def add_caption(picture: Picture, text: str) -> Picture:
-    """The picture with one line of text at its lower left."""
+    """Writes one line of text at the lower left of a picture."""
     from PIL import Image, ImageDraw, ImageFont
 
     image = Image.fromarray(np.ascontiguousarray(picture, np.uint8))

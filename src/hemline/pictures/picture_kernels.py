@@ -1,4 +1,4 @@
-"""The rasteriser: triangles to a visibility buffer, a shadow map, and pixels shaded once from both."""
+"""The rasteriser: a visibility buffer, a shadow map, and pixels that are shaded from both."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from hemline.compiled import kernel
 
 @kernel(fastmath=True)
 def accumulate_normals(vertices, faces, normals_out):
-    """Area-weighted normals, not yet of unit length."""
+    """Computes area-weighted normals, not of unit length."""
     normals_out[:] = 0.0
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -22,7 +22,7 @@ def accumulate_normals(vertices, faces, normals_out):
 
 @kernel
 def rasterise(screen, faces, depth_out, face_out):
-    """Nearest triangle of each pixel.
+    """Finds the nearest triangle of each pixel.
 
     # in:  screen (verts, 3): x, y [pixels, centres at +0.5], nearness (larger is nearer; <= 0 is behind the camera)
     # out: depth_out (height, width): nearness of what is seen; face_out (height, width): its triangle, -1 for none
@@ -60,7 +60,7 @@ def rasterise(screen, faces, depth_out, face_out):
 
 @kernel
 def box_blur(image, radius, sums, blurred_out):
-    """Mean over a square of 2 radius + 1 pixels, by running sums; zero outside the picture. `sums` is scratch."""
+    """Computes the mean over a square of 2 radius + 1 pixels, with zeros outside the picture. `sums` is scratch."""
     height, width = image.shape
     weight = np.float32(1.0) / np.float32(2 * radius + 1)
     for y in range(height):
@@ -85,7 +85,7 @@ def box_blur(image, radius, sums, blurred_out):
 
 @kernel(inline="always")
 def bilinear(image, x, y):
-    """Bilinear value of an image at continuous pixel coordinates; 0 outside."""
+    """Returns the bilinear value of an image at continuous pixel coordinates; 0 outside."""
     height, width = image.shape
     x, y = x - np.float32(0.5), y - np.float32(0.5)
     if not (x >= 0.0 and y >= 0.0 and x < width - 1 and y < height - 1):
@@ -99,7 +99,7 @@ def bilinear(image, x, y):
 
 @kernel(inline="always")
 def light_fraction(shadow, x, y, nearness):
-    """Share of light that arrives: 3 x 3 comparisons with the shadow map around a point."""
+    """Returns the fraction of light that arrives, by 3 x 3 comparisons with the shadow map around a point."""
     height, width = shadow.shape
     i, j = int(x), int(y)
     if i < 1 or j < 1 or i >= width - 1 or j >= height - 1:
@@ -114,7 +114,7 @@ def light_fraction(shadow, x, y, nearness):
 
 @kernel(fastmath=True)
 def shade_ground(rays, eye, ground, light_map, blurred, colours, fade_centre, picture_out):
-    """Background and ground plane for every pixel, in linear light.
+    """Shades background and ground plane for every pixel, in linear light.
 
     # in:  rays (4, 3): direction at pixel (0, 0), its change along x, along y, and one unused row; eye (3,);
     #      ground (3,): height [m], size of a tile [m], radius at which it has faded [m];
@@ -129,13 +129,13 @@ def shade_ground(rays, eye, ground, light_map, blurred, colours, fade_centre, pi
             x = rays[0, 0] + rays[1, 0] * np.float32(i) + rays[2, 0] * np.float32(j)
             y = rays[0, 1] + rays[1, 1] * np.float32(i) + rays[2, 1] * np.float32(j)
             z = rays[0, 2] + rays[1, 2] * np.float32(i) + rays[2, 2] * np.float32(j)
-            share, tile, shadow = np.float32(0.0), 2, np.float32(0.0)
+            opacity, tile, shadow = np.float32(0.0), 2, np.float32(0.0)
             t = (ground[0] - eye[1]) / y
             if t > 0.0 and ground[2] > 0.0:
                 px, pz = eye[0] + t * x, eye[2] + t * z
                 radius = np.sqrt((px - fade_centre[0]) ** 2 + (pz - fade_centre[2]) ** 2) / ground[2]
                 if radius < 1.0:
-                    share = (np.float32(1.0) - radius * radius) ** 2
+                    opacity = (np.float32(1.0) - radius * radius) ** 2
                     odd = (int(np.floor(px / ground[1])) + int(np.floor(pz / ground[1]))) & 1
                     tile = 2 + odd
                     u = light_map[0, 0] * px + light_map[0, 1] * ground[0] + light_map[0, 2] * pz + light_map[0, 3]
@@ -144,7 +144,7 @@ def shade_ground(rays, eye, ground, light_map, blurred, colours, fade_centre, pi
             for k in range(3):
                 sky = colours[1, k] + (colours[0, k] - colours[1, k]) * up
                 floor = colours[tile, k] * (np.float32(1.0) - np.float32(0.55) * shadow)
-                picture_out[j, i, k] = sky + (floor - sky) * share
+                picture_out[j, i, k] = sky + (floor - sky) * opacity
 
 
 @kernel(fastmath=True)
@@ -165,10 +165,10 @@ def shade(
     background,
     picture_out,
 ):
-    """Colour of each pixel from the 2 x 2 samples of the visibility buffer, in linear light.
+    """Shades each pixel from the 2 x 2 samples of the visibility buffer, in linear light.
 
     # model: faces, face_surfaces (faces,), vertices, normals (unit, outward), colours (verts, 3) linear,
-    #        inside (surfaces, 4): factor on the colour where the back of the surface is seen, share of sheen
+    #        inside (surfaces, 4): factor on the colour where the back of the surface is seen, amount of sheen
     # in:    screen as for `rasterise`; eye (3,); lights (4, 3): direction to the key light, to the fill light,
     #        then sky and floor colours; light_map, shadow, bias [m] of the key light; face_seen (2 h, 2 w);
     #        background (h, w, 3)
@@ -256,7 +256,7 @@ def shade(
 
 @kernel
 def encode(picture, table, bytes_out):
-    """Linear light to sRGB bytes by a table of evenly spaced values in [0, 1]."""
+    """Converts linear light to sRGB bytes by a table of evenly spaced values in [0, 1]."""
     height, width = picture.shape[:2]
     last = len(table) - 1
     for j in range(height):

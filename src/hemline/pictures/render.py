@@ -1,4 +1,4 @@
-"""A picture of triangle meshes, on one core, without a display and without a GPU."""
+"""Rendering of triangle meshes on one core, without a display or a GPU."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,34 +18,34 @@ BODY = (0.70, 0.68, 0.66)
 """Neutral grey, for bodies (sRGB, 0 to 1)."""
 
 TRUTH = (0.20, 0.42, 0.62)
-"""Calm blue, for what was simulated (sRGB, 0 to 1)."""
+"""Calm blue, for simulated garments (sRGB, 0 to 1)."""
 
 Picture = UInt[np.ndarray, "height width 3"]
 """sRGB bytes, rows from the top."""
 
 _SHADOW_SIZE = 640
 _TO_KEY_LIGHT, _TO_FILL_LIGHT = (0.75, 1.35, 0.5), (-0.8, 0.25, 0.55)
-"""Directions to the two lights: to the camera's right, up in the world, to the camera. They go with the camera."""
+"""Directions to the two lights: to the right of the camera, up in the world, to the camera. They follow the camera."""
 _SKY_LIGHT, _FLOOR_LIGHT = (0.50, 0.54, 0.60), (0.24, 0.22, 0.20)
 _BACKGROUND = ((0.90, 0.92, 0.94), (0.975, 0.975, 0.97), (0.91, 0.905, 0.895), (0.86, 0.855, 0.845))
 """Sky at the top, horizon, light tile, dark tile (sRGB)."""
 _SHADOW_BIAS = 0.006
-"""How far off a surface its shadow is looked up [m]."""
+"""Distance from a surface at which its shadow is looked up [m]."""
 _TILE_SIZE = 0.5
 """Edge of a ground tile [m]."""
 
 
 @dataclass(frozen=True)
 class ShadedSurface:
-    """One mesh as it is to be painted.
+    """A mesh with its appearance.
 
     Attributes:
         vertices: Positions [m].
         faces: Triangles, counter-clockwise from outside.
         colour: sRGB, 0 to 1.
-        inside: Factor on the colour where the inside is seen, so that the two sides of cloth differ.
+        inside: Factor on the colour of the back, so that the two sides of cloth differ.
         sheen: Light at grazing angles; 0.1 looks like cloth, 0 like plaster.
-        colours: sRGB at each vertex, 0 to 1; takes the place of `colour`.
+        colours: sRGB at each vertex, 0 to 1; replaces `colour`.
     """
 
     vertices: Vertices
@@ -63,15 +63,15 @@ def render(
     *,
     ground: float | None = 0.0,
 ) -> Picture:
-    """Paint surfaces: nearest triangle first, smooth normals, soft shadows, four samples a pixel.
+    """Renders surfaces with a depth buffer, smooth normals, soft shadows and four samples per pixel.
 
-    A triangle with a corner behind the camera is left out whole.
+    A triangle with a corner behind the camera is skipped.
 
     Args:
-        surfaces: What to paint; all at once, so that they hide and shade each other.
-        camera: Where from.
+        surfaces: The surfaces, which hide and shade each other.
+        camera: The camera.
         size: Width and height [pixels].
-        ground: Height of the ground plane [m]; None leaves it out.
+        ground: Height of the ground plane [m]; None: no ground.
 
     Returns:
         The picture (height, width, 3) uint8, sRGB.
@@ -90,7 +90,7 @@ def render(
     inside = np.array([(*surface.inside, surface.sheen) for surface in surfaces], np.float32).reshape(-1, 4)
     normals = np.empty_like(vertices)
     kernels.accumulate_normals(vertices, faces, normals)
-    screen = camera.projected(vertices, (2 * width, 2 * height))
+    screen = camera.project(vertices, (2 * width, 2 * height))
     screen[:, 2] = np.where(screen[:, 2] > 0.02, 1 / np.maximum(screen[:, 2], 0.02), -1)
     screen = screen.astype(np.float32)
     depth, faces_seen = np.zeros((2 * height, 2 * width), np.float32), np.full((2 * height, 2 * width), -1, np.int32)
@@ -126,7 +126,7 @@ def render(
 
 
 def linear(srgb: Float[np.ndarray, "... 3"] | tuple[float, float, float]) -> Float[np.ndarray, "... 3"]:
-    """Linear light of sRGB values in [0, 1] (IEC 61966-2-1)."""
+    """Converts sRGB values in [0, 1] to linear light (IEC 61966-2-1)."""
     srgb = np.asarray(srgb, np.float32)
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
@@ -145,13 +145,13 @@ def _bounds(points: np.ndarray) -> Float[np.ndarray, "2 3"]:
 
 
 def _shadow_map(vertices: np.ndarray, faces: np.ndarray, to_light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """World -> (x, y [texels], nearness to the key light [m]) as (3, 4), and the nearness of what it sees."""
+    """Returns the map from the world to (x, y [texels], nearness to the light [m]) as (3, 4), and the shadow map."""
     shadow = np.full((_SHADOW_SIZE, _SHADOW_SIZE), -1e9, np.float32)
     if not len(vertices):
         return np.zeros((3, 4), np.float32), shadow
     axes = Camera(tuple(to_light.tolist()), (0.0, 0.0, 0.0)).axes
-    seen = vertices @ axes.T.astype(np.float32)
-    low, high = _bounds(seen)
+    in_light = vertices @ axes.T.astype(np.float32)
+    low, high = _bounds(in_light)
     rim = 40  # texels that stay free, so that blurred shadows end inside the map
     scale = (_SHADOW_SIZE - 2 * rim) / max(float((high - low)[:2].max()), 1e-6)
     middle = 0.5 * (low + high)
@@ -194,7 +194,7 @@ def _vertex_colours(surface: ShadedSurface) -> np.ndarray:
 
 
 def check_surface(surface: ShadedSurface) -> None:
-    """Refuse a surface that cannot be painted.
+    """Refuses a surface that cannot be rendered.
 
     Raises:
         BadInput: A face points past the last vertex, or a vertex is not finite.

@@ -1,4 +1,4 @@
-"""The named view from which most of a garment is seen."""
+"""Choice of the view that shows most of a garment."""
 
 from collections.abc import Sequence
 
@@ -10,13 +10,13 @@ from . import picture_kernels as kernels
 from .camera import view_axes
 
 AUTO = "auto"
-"""In place of a view's name: the one from which most of the garment is seen."""
+"""Name that stands for the view that shows most of the garment."""
 
 PREFERRED_VIEWS = ("three_quarter", "front", "back_three_quarter", "back", "side")
-"""Views in the order in which they are taken where they show alike."""
+"""Views in order of preference, where they show similar areas."""
 
 SIMILAR_AREA = 0.75
-"""Share of the largest area seen from which on a view shows as much."""
+"""Fraction of the largest visible area from which on a view counts as similar."""
 
 _GRID = 96
 
@@ -25,12 +25,12 @@ Mesh = tuple[AnyVertices, AnyFaces]
 
 
 def clearest_view(frames: Sequence[tuple[Sequence[Mesh], Sequence[Mesh]]]) -> str:
-    """The name of the view from which most of a garment is seen, over some frames.
+    """Returns the name of the view that shows most of a garment over some frames.
 
-    Of the views that show at least three quarters of what the best one does, the first in `PREFERRED_VIEWS`.
+    Among views that show at least three quarters of the largest area, the first of `PREFERRED_VIEWS` is chosen.
 
     Args:
-        frames: In each frame the meshes of the garment, and those that may hide it.
+        frames: For each frame, the meshes of the garment and the meshes that may hide it.
 
     Example:
         >>> wall = np.array([[-1, 0, 0], [1, 0, 0], [0, 2, 0]], np.float32), np.array([[0, 1, 2]], np.int32)
@@ -43,11 +43,11 @@ def clearest_view(frames: Sequence[tuple[Sequence[Mesh], Sequence[Mesh]]]) -> st
 
 
 def visible_area(cloth: Sequence[Mesh], others: Sequence[Mesh], view: str) -> float:
-    """Area of the picture that cloth fills, seen from far away in the direction of a view [m^2].
+    """Returns the visible area of cloth from far away in the direction of a view [m^2].
 
     Args:
         cloth: Meshes of the garment.
-        others: Meshes that may hide it.
+        others: Meshes that may hide the garment.
         view: One of `VIEWS_DEG`.
     """
     meshes = [*cloth, *others]
@@ -55,10 +55,12 @@ def visible_area(cloth: Sequence[Mesh], others: Sequence[Mesh], view: str) -> fl
         return 0.0
     starts = np.cumsum([0] + [len(vertices) for vertices, _ in meshes])[:-1]
     faces = np.concatenate([each + start for (_, each), start in zip(meshes, starts, strict=True)]).astype(np.int32)
-    seen = np.concatenate([vertices for vertices, _ in meshes]).astype(np.float64) @ view_axes(view).T
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    in_view = np.concatenate([vertices for vertices, _ in meshes]).astype(np.float64) @ view_axes(view).T
+    low, high = in_view.min(axis=0), in_view.max(axis=0)
     pixel = max(float((high - low)[:2].max()) / _GRID, 1e-9)
-    screen = np.concatenate([(seen[:, :2] - low[:2]) / pixel, seen[:, 2:] - low[2] + 1], axis=1).astype(np.float32)
+    screen = np.concatenate([(in_view[:, :2] - low[:2]) / pixel, in_view[:, 2:] - low[2] + 1], axis=1).astype(
+        np.float32
+    )
     depth, nearest = np.zeros((_GRID, _GRID), np.float32), np.full((_GRID, _GRID), -1, np.int32)
     kernels.rasterise(screen, np.ascontiguousarray(faces), depth, nearest)
     of_cloth = sum(len(each) for _, each in cloth)

@@ -1,4 +1,4 @@
-"""From a fitted animator to frames: play, record, evaluate; one body or a crowd."""
+"""Playback of fitted animators: play, record and evaluate, for one body or a crowd."""
 
 from .character import character as character
 from .crowd import crowd as crowd

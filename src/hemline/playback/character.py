@@ -1,4 +1,4 @@
-"""A body in a garment of rope chains, at rest, for engines that swing it themselves."""
+"""A dressed character at rest, for engines that swing its garment of rope chains themselves."""
 
 import numpy as np
 
@@ -17,21 +17,21 @@ from .springs import capsules_of, chain_weights, spring_chains
 
 CLOTH, SKIN = (0.72, 0.23, 0.17), (0.70, 0.68, 0.66)
 _SETTLING_SECONDS = 4.0
-"""Time that the garment gets to settle in the T-pose [s]."""
+"""Time in which the garment settles in the T-pose [s]."""
 _INFLUENCES = 4
 Weights = tuple[Int[np.ndarray, "_verts 4"], Float[np.ndarray, "_verts 4"]]
-"""Bones that each vertex follows, and by how much."""
+"""Bones of each vertex, and their weights."""
 
 
 def character(animator: Animator | Wearable, body: ShapedBody) -> DressedCharacter:
-    """A body that stands in the T-pose, its garment settled, with the chains of the model as spring bones.
+    """Returns a body in the T-pose with its garment settled, and the chains of the model as spring bones.
 
     Args:
         animator: A model of rope chains.
-        body: A body of the kind that it was fitted on, of any shape.
+        body: A body of the kind of the fit, of any shape.
 
     Raises:
-        BadInput: The model has no chains; or as `Player.prepare`.
+        BadInput: The model has no chains; or see `Player.prepare`.
     """
     if not isinstance(animator, AnimatorRopes):
         cure = "name one of kind 'ropes', such as cape or skirt"
@@ -39,13 +39,13 @@ def character(animator: Animator | Wearable, body: ShapedBody) -> DressedCharact
     posed = _t_pose(body)
     vertices = _settle(animator, posed)
     ropes, capsules = animator.ropes, capsules_of(posed)
-    chains, capsules = spring_chains(ropes, ropes.embedded(vertices), capsules)
+    chains, capsules = spring_chains(ropes, ropes.positions_on(vertices), capsules)
     garment = animator.garment
     carried = posed.transforms[np.repeat(chains.joints, np.diff(chains.offsets))]
     transforms, places = np.concatenate([posed.transforms, carried]), np.concatenate([posed.joints, chains.bones])
-    worn = chain_weights(ropes, garment.vertices)
+    cloth_weights = chain_weights(ropes, garment.vertices)
     skin = _largest_weights(body.body.weight_indices, body.body.weights)
-    cloth = _bind_mesh(garment.name, vertices, garment.faces, CLOTH, worn, transforms, places)
+    cloth = _bind_mesh(garment.name, vertices, garment.faces, CLOTH, cloth_weights, transforms, places)
     flesh = _bind_mesh("body", posed.vertices, posed.faces, SKIN, skin, np.asarray(posed.transforms), posed.joints)
     licence = body.body.licence
     notices = as_stated((licence, *terms_of(animator)))
@@ -75,7 +75,7 @@ def _settle(animator: Animator, posed: PosedBody) -> Vertices:
 
 
 def _largest_weights(bones: np.ndarray, weights: np.ndarray) -> Weights:
-    """Each vertex's largest four."""
+    """Returns the four largest weights of each vertex, normalised, and their bones."""
     order = np.argsort(-weights, axis=1, kind="stable")[:, :_INFLUENCES]
     bones, weights = (np.take_along_axis(each, order, axis=1) for each in (bones, weights))
     return bones, weights / weights.sum(axis=1, keepdims=True)
@@ -86,17 +86,17 @@ def _bind_mesh(
     vertices: AnyVertices,
     faces: AnyFaces,
     colour: tuple[float, float, float],
-    follows: Weights,
+    weights_of: Weights,
     transforms: Float[np.ndarray, "bones 3 4"],
     places: Float[np.ndarray, "bones 3"],
 ) -> BoundMesh:
-    r"""A mesh whose bones blend what our skin blends.
+    r"""Returns a mesh that its bones deform as hemline skins it.
 
-    With transforms $A_j$ from the body's own rest pose to the T-pose (a chain has that of the joint that carries it)
-    and bones at $x_j$, the bind is $A_j$ moved by
-    $-x_j$; the mesh is stored at $(\sum_j w_{ij} A_j)^{-1} v_i$, so that in the T-pose it is where it is.
+    With transforms $A_j$ from the rest pose of the body to the T-pose (a chain has that of the joint that carries it)
+    and bones at $x_j$, the bind matrix is $A_j$ translated by $-x_j$. The mesh is stored at
+    $(\sum_j w_{ij} A_j)^{-1} v_i$, so that in the T-pose its vertices are at $v_i$.
     """
-    bones, weights = follows
+    bones, weights = weights_of
     transforms = np.asarray(transforms, np.float64)
     blended = np.einsum("vi,virc->vrc", weights, transforms[bones])
     rest = np.linalg.solve(blended[..., :3], (vertices - blended[..., 3])[..., None])[..., 0]

@@ -1,4 +1,4 @@
-"""Many garments on many bodies in one call."""
+"""Playback of many garments on many bodies in one call."""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -14,23 +14,22 @@ from hemline.playback.player.player import Player, PlayerState
 def crowd(
     players: Sequence[Player], states: Sequence[PlayerState], poses: Sequence[Pose], dt: float
 ) -> tuple[list[PlayerState], list[Frame]]:
-    """The next frame of each player; each thread that kernels may use steps one player at a time.
+    """Plays the next frame of each player, one player per thread at a time.
 
-    Compiled code runs without Python's lock, so that two players take two cores. Each frame has the bits that
-    `Player.step` alone gives. Within a step kernels use one thread, so that this works on every machine, whichever
-    pool of threads numba has there.
+    Compiled code runs without Python's global lock, so two players use two cores. Each frame equals that of
+    `Player.step`, bit for bit. Within a step kernels use one thread, so this works with every thread pool of numba.
 
     Args:
         players: Garments on bodies, all alike or all different.
-        states: A state of each.
-        poses: A pose of each.
+        states: The state of each player.
+        poses: The pose of each body.
         dt: Time since the states [s].
 
     Returns:
-        The states after, and the frames, in the order of the players.
+        The next states, and the frames, in the order of the players.
 
     Raises:
-        BadInput: Another number of states or poses than of players; or as `Player.step`.
+        BadInput: The numbers of players, states and poses differ; or see `Player.step`.
     """
     if not len(players) == len(states) == len(poses):
         raise BadInput(
@@ -39,11 +38,11 @@ def crowd(
             "give one of each",
         )
 
-    def stepped(player: Player, state: PlayerState, pose: Pose) -> tuple[PlayerState, Frame]:
+    def step_one(player: Player, state: PlayerState, pose: Pose) -> tuple[PlayerState, Frame]:
         with at_most(1):
             return player.step(state, pose, dt)
 
-    done = list(_pool(threads()).map(stepped, players, states, poses))
+    done = list(_pool(threads()).map(step_one, players, states, poses))
     return [state for state, _ in done], [frame for _, frame in done]
 
 

@@ -1,4 +1,4 @@
-"""The whole loop on what ships with the package: once with the shipped model, once from nothing."""
+"""Two demonstrations on the data of the package: with the shipped models, and from simulation to a new model."""
 
 import json
 from collections.abc import Callable
@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from hemline import animators, bodies, datasets, export, garments, motions, sim
+from hemline.animators.own_body import own_body
 from hemline.errors import MissingExtra
 from hemline.export.clip import ClipPart
 from hemline.export.images import render_frames
-from hemline.files import written_whole
+from hemline.files import atomic_write
 from hemline.pictures import write_webp
 from hemline.playback.player.frame import Frame
 
@@ -21,39 +22,39 @@ from .evaluate import Evaluation, evaluate
 from .record import record
 
 Say = Callable[[str], None]
-"""Called with one line for the user."""
+"""Function that is called with each line for the user."""
 
 SMALL_EPOCHS = 60
-"""Passes over the data in the demo from nothing."""
+"""Number of training epochs in the demo that fits a model."""
 
 RUN_IN = 1.0
-"""What is shown begins this long after the start [s]: the run is a loop, and the cape settled in a runner's pose."""
+"""Time that is cut from the start [s]: the run is a loop, and the cape settles in a pose of it."""
 
 
 SHAPES = {"mean": (), "tall": (1.5, -1.0), "small": (-1.0, 1.0)}
-"""Betas of the bodies that the T-shirt is shown on."""
+"""Betas of the bodies on which the T-shirt is shown."""
 
 SHIRT_SECONDS = 3.0
-"""Of the dance, for the T-shirt."""
+"""Length of the dance for the T-shirt [s]."""
 
 SPACING = 1.2
-"""Distance between them in the picture [m]."""
+"""Distance between the bodies in the picture [m]."""
 
 PICTURE_SIZE = (960, 480)
-"""Width and height of it [pixels]."""
+"""Width and height of the picture [pixels]."""
 
 
 def demo(folder: Path, *, say: Say) -> dict[str, Any]:
-    """Play the shipped cape on the shipped run, and the shipped T-shirt on a dance, on bodies of three shapes.
+    """Plays the shipped cape on a run, and the shipped T-shirt on a dance, on bodies of three shapes.
 
-    Writes `cape.glb`, `cape.webp`, `tshirt-mean.glb` and those of the other shapes, `tshirt.webp`, `report.json`.
+    Writes `cape.glb`, `cape.webp`, a `tshirt-SHAPE.glb` for each shape, `tshirt.webp` and `report.json`.
 
     Args:
-        folder: Where to write; made when missing.
-        say: Told what happens.
+        folder: The folder to write to; it is made if missing.
+        say: Called with each line for the user.
 
     Returns:
-        The figures of each, as in `report.json`.
+        The figures of each garment and shape, as in `report.json`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     say("playing the shipped cape on the shipped run")
@@ -64,21 +65,21 @@ def demo(folder: Path, *, say: Say) -> dict[str, Any]:
 
 
 def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any]:
-    """Simulate, fit, animate and evaluate the light cape on the shipped excerpts: two to ten minutes on two cores.
+    """Simulates, fits, animates and evaluates the light cape, which takes two to ten minutes on two cores.
 
     Args:
-        folder: Where to write the dataset, the model and the files of `demo`; what is there already is kept.
-        say: Told what happens.
-        jobs: Processes of the simulation.
+        folder: The folder for the dataset, the model and the files of `demo`; existing takes are reused.
+        say: Called with each line for the user.
+        jobs: Number of processes of the simulation.
 
     Returns:
-        The figures of the model on an excerpt that it was not fitted on, with the simulation as truth, as `cape`.
+        The figures of the model, named `cape`, on a motion outside the fit, compared with its simulation.
     """
     if find_spec("torch") is None:
         raise MissingExtra("torch", "learn", "fitting a model")
     folder.mkdir(parents=True, exist_ok=True)
     garment = garments.load("cape-light")
-    clips = [sim.Clip(motions.load(name), motions.subject_of(name)) for name in motions.names()]
+    clips = [sim.ClipRequest(motions.load(name), motions.subject_of(name)) for name in motions.names()]
     say(f"1/4 simulate: {len(clips)} excerpts, {len(garment.vertices)} vertices")
     counted: dict[str, int] = {}
 
@@ -101,41 +102,41 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
 def _play_cape(
     folder: Path, animator: Any, motion: motions.Motion, say: Say, *, truth: datasets.Dataset | None = None
 ) -> dict[str, Any]:
-    """`cape.glb` and `cape.webp`, on the mean body."""
-    figures, clip = _evaluate_and_record(animator, bodies.load(animator.body_name).shaped(), motion, truth=truth, run_in=RUN_IN)
+    """Writes `cape.glb` and `cape.webp` on the mean body; returns the figures."""
+    figures, clip = _evaluate_and_record(animator, own_body(animator).shaped(), motion, truth=truth, run_in=RUN_IN)
     for ending in ("glb", "webp"):
         _write(folder / f"cape.{ending}", clip, say)
     return figures
 
 
 def _on_three_bodies(folder: Path, say: Say) -> dict[str, Any]:
-    """A file for each shape, and one picture of all: figures by name."""
+    """Writes a file for each shape and one picture of all; returns the figures by name."""
     shirt, dance = animators.load("tshirt-light"), motions.load("dance")
-    body, found, clips = bodies.load(shirt.body_name), {}, []
+    body, figures, clips = own_body(shirt), {}, []
     motion = dance[: round(SHIRT_SECONDS * dance.fps)]
     for name, betas in SHAPES.items():
-        found[f"tshirt {name}"], clip = _evaluate_and_record(shirt, body.shaped(betas), motion)
+        figures[f"tshirt {name}"], clip = _evaluate_and_record(shirt, body.shaped(betas), motion)
         _write(folder / f"tshirt-{name}.glb", clip, say)
         clips.append(clip)
     scene = _side_by_side(clips)
     pictures = list(render_frames(scene, view="front", size=PICTURE_SIZE, frames=range(scene.frame_count)))
     write_webp(folder / "tshirt.webp", pictures, scene.fps)
     say(str(folder / "tshirt.webp"))
-    return found
+    return figures
 
 
 def _side_by_side(clips: list[export.Clip]) -> export.Clip:
-    """One scene of all, so that it shows how large they are beside each other."""
+    """Returns one scene of all clips, which shows their sizes beside each other."""
     away = [np.array([SPACING * number, 0.0, 0.0], np.float32) for number in range(len(clips))]
 
-    def joined(parts: list[ClipPart]) -> tuple[np.ndarray, np.ndarray]:
+    def join(parts: list[ClipPart]) -> tuple[np.ndarray, np.ndarray]:
         starts = np.cumsum([0, *(part.vertices.shape[1] for part in parts[:-1])])
         vertices = [part.vertices + shift for part, shift in zip(parts, away, strict=True)]
         faces = [part.faces + start for part, start in zip(parts, starts, strict=True)]
         return np.concatenate(vertices, axis=1), np.concatenate(faces).astype(np.int32)
 
     (vertices, faces), (body_vertices, body_faces) = (
-        joined(list(parts)) for parts in zip(*(clip.parts for clip in clips), strict=True)
+        join(list(parts)) for parts in zip(*(clip.parts for clip in clips), strict=True)
     )
     return export.Clip(vertices, faces, clips[0].fps, body_vertices, body_faces)
 
@@ -148,7 +149,7 @@ def _evaluate_and_record(
     truth: datasets.Dataset | None = None,
     run_in: float = 0.0,
 ) -> tuple[dict[str, Any], export.Clip]:
-    """Figures of all frames; what is shown begins when the cloth has left the first pose behind."""
+    """Returns the figures of all frames, and a clip of those after the run-in."""
     frames: list[Frame] = []
     evaluation: Evaluation = evaluate(animator, body, motion, truth=truth, keep=frames.append)
     fps, garment = evaluation.figures["fps"], animator.garment
@@ -163,7 +164,7 @@ def _write(path: Path, clip: export.Clip, say: Say) -> None:
 
 
 def _report(folder: Path, figures: dict[str, Any], say: Say) -> dict[str, Any]:
-    with written_whole(folder / "report.json") as temporary:
+    with atomic_write(folder / "report.json") as temporary:
         temporary.write_text(json.dumps(figures, indent=1))
     say(str(folder / "report.json"))
     return figures

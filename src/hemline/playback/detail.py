@@ -1,4 +1,4 @@
-"""Levels of detail: what a level is made of, how far off it is, and which one a distance asks for."""
+"""Levels of detail: the garment and body of a level, its error, and the level for a viewing distance."""
 
 import math
 from collections.abc import Mapping
@@ -13,13 +13,13 @@ from hemline.garments import Garment, Pins
 from hemline.meshes import ClosestTree
 
 DETAILS = (1.0, 0.5, 0.25, 0.1)
-"""Levels that are measured, and that an example may use."""
+"""Levels that are measured and used in examples."""
 FULL_BODY_DETAIL = 0.5
-"""Down to this detail cloth is kept out of the full body; below, out of a coarser one that holds it in."""
+"""Least detail at which cloth is kept out of the full body; below it, a coarser body around it is used."""
 LEAST_BODY_DETAIL = 0.2
-"""Share of the body's vertices, at the lowest levels: a tenth would let cloth 7 mm deep into the full one."""
+"""Least fraction of the body's vertices; a tenth would let cloth 7 mm deep into the full body."""
 ERROR_PERCENTILE = 99.0
-"""The error of a level is at most so much at this percentage of the vertices."""
+"""Percentile of the vertex error used as the error of a level."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,24 +27,25 @@ class LevelOnBody:
     """One level of an animator on a body."""
 
     animator: Animator
+    """The animator at this level."""
     garment: Garment
-    """The garment that is shown; its pins are on `body`."""
+    """The garment that is shown, pinned to `body`."""
     body: ShapedBody
-    """What its cloth is kept out of: the body, or a coarser one around it."""
+    """The body that cloth is kept out of: the full body, or a coarser one around it."""
     error: float
-    """How far its triangles are from the full garment that hangs at rest, at 99 in 100 vertices at most [m]."""
+    """99th percentile of the distance between the vertices of the full garment at rest and this level [m]."""
 
 
 def level_on_body(animator: Animator, body: ShapedBody, detail: float) -> LevelOnBody:
-    """A level of an animator on a body.
+    """Puts a level of an animator on a body.
 
     Args:
         animator: A fitted animator, full or at any level.
         body: The full body.
-        detail: Share of the garment's vertices, above 0 and at most 1.
+        detail: Fraction of the garment's vertices, above 0 and at most 1.
 
     Raises:
-        BadInput: `detail` is not such a number, or leaves too few vertices; or the animator has no levels.
+        BadInput: `detail` is out of its range or leaves too few vertices, or the animator has no levels.
     """
     level = level_of(animator, detail)
     if not isinstance(level, Level):
@@ -54,14 +55,14 @@ def level_on_body(animator: Animator, body: ShapedBody, detail: float) -> LevelO
 
 
 def level_of(animator: Animator, detail: float) -> Animator:
-    """An animator at a level of detail.
+    """Returns an animator at a level of detail.
 
     Args:
         animator: A fitted animator, full or at any level.
-        detail: As for `level_on_body`.
+        detail: See `level_on_body`.
 
     Raises:
-        BadInput: As `level_on_body`.
+        BadInput: See `level_on_body`.
     """
     if not 0 < detail <= 1:
         raise BadInput("a level of detail is above 0 and at most 1", f"detail = {detail}", "use 1, 0.5, 0.25 or 0.1")
@@ -75,16 +76,16 @@ def level_of(animator: Animator, detail: float) -> Animator:
 def pixels_of(
     error: float, distance: float, *, height_px: int = 1080, field_of_view: float = math.radians(60)
 ) -> float:
-    r"""How many pixels a distance in the world takes on the screen: $e\,h / (2 d \tan(\alpha / 2))$.
+    r"""Returns the size of a distance in the world on the screen [pixels]: $e\,h / (2 d \tan(\alpha / 2))$.
 
     Args:
         error: The distance in the world, such as `Player.error` [m].
-        distance: From the camera [m].
-        height_px: Height of the picture.
-        field_of_view: Its vertical angle [rad].
+        distance: Distance from the camera [m].
+        height_px: Height of the picture [pixels].
+        field_of_view: Vertical angle of the camera [rad].
 
     Raises:
-        BadInput: A distance or a height that is not above 0, or an angle that is not between 0 and pi.
+        BadInput: Distance or height is not above 0, or the angle is not between 0 and pi.
     """
     if not (distance > 0 and height_px > 0 and 0 < field_of_view < math.pi):
         got = f"distance = {distance} m, height_px = {height_px}, field_of_view = {field_of_view}"
@@ -100,41 +101,41 @@ def detail_for(
     height_px: int = 1080,
     field_of_view: float = math.radians(60),
 ) -> float:
-    """The coarsest level whose error is not seen at a distance.
+    """Returns the coarsest level whose error is invisible at a distance.
 
     Args:
-        distance: From the camera [m].
-        errors: Error of each level that there is, by its detail, as `Player.error` [m].
-        pixels: Error that may be seen.
-        height_px: As for `pixels_of`.
-        field_of_view: As for `pixels_of` [rad].
+        distance: Distance from the camera [m].
+        errors: Error of each level by its detail, such as `Player.error` [m].
+        pixels: Largest error that is accepted on the screen [pixels].
+        height_px: See `pixels_of`.
+        field_of_view: See `pixels_of` [rad].
 
     Returns:
-        The detail of that level; the finest one that there is where all are too coarse.
+        The detail of that level, or of the finest one where all are too coarse.
 
     Raises:
-        BadInput: No level; or as `pixels_of`.
+        BadInput: There is no level; or see `pixels_of`.
     """
     if not errors:
         raise BadInput("a level is chosen from some", "none", "give errors such as {1.0: 0.0, 0.25: 0.004}")
-    seen = {
+    on_screen = {
         detail: pixels_of(error, distance, height_px=height_px, field_of_view=field_of_view)
         for detail, error in errors.items()
     }
-    return min((detail for detail in seen if seen[detail] <= pixels), default=max(seen))
+    return min((detail for detail in on_screen if on_screen[detail] <= pixels), default=max(on_screen))
 
 
 def _bind_pins(garment: Garment, body: ShapedBody, collider: ShapedBody) -> Garment:
-    """The garment with its pins on the skin bound to a coarser body, in the same places at rest."""
+    """Returns the garment with its pins on the skin bound to a coarser body, at the same positions at rest."""
     pins = garment.pins
     skin = pins.joints < 0
     if collider is body or not skin.any():
         return garment
     places = pins.positions(body.vertices, body.normals, body.body.faces, body.joints)
     tree = ClosestTree(collider.vertices.astype(np.float64), collider.body.faces)
-    found = Pins.bound(pins.vertices[skin], places[skin], tree, collider.normals)
+    bound = Pins.bound(pins.vertices[skin], places[skin], tree, collider.normals)
     faces, weights, heights = pins.body_faces.copy(), pins.barycentric.copy(), pins.heights.copy()
-    faces[skin], weights[skin], heights[skin] = found.body_faces, found.barycentric, found.heights
+    faces[skin], weights[skin], heights[skin] = bound.body_faces, bound.barycentric, bound.heights
     faces[~skin] = 0
     return replace(garment, pins=replace(pins, body_faces=faces, barycentric=weights, heights=heights))
 
@@ -143,5 +144,5 @@ def _error(level: Level, body: ShapedBody) -> float:
     posed = body.posed(body.rest_pose)
     full = level.full
     vertices = full.step(full.start(posed), posed, 1 / 30)[1].astype(np.float64)
-    tree = ClosestTree(vertices[level.kept], level.garment.faces)
+    tree = ClosestTree(vertices[level.vertex_ids], level.garment.faces)
     return float(np.percentile(tree.closest(vertices).distances, ERROR_PERCENTILE))

@@ -1,4 +1,4 @@
-"""The figures of a model on a motion: milliseconds, millimetres, vertices inside."""
+"""Evaluation of a model on a motion: times, errors, and vertices inside the body."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -26,21 +26,22 @@ from .tally import Tally
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Figures, and the worst frame to look at."""
+    """Figures of an evaluation, and its worst frame."""
 
     figures: dict[str, Any]
     """The JSON that scripts rely on; keys as in docs/design.md."""
     garment: Garment
-    """What was shown: the animator's garment, or its coarser level."""
+    """The garment that was shown: that of the animator, or a coarser level of it."""
     worst: Frame
     """The frame with the largest error, or the most vertices inside before the projection."""
     worst_index: int
+    """Number of the worst frame."""
     worst_truth: np.ndarray | None
-    """The truth of that frame at the vertices that were shown, (verts, 3) [m]."""
+    """Simulated vertices of the worst frame, (verts, 3) [m]; None without ground truth."""
 
 
 def takes_of(truth: Dataset, motion: Motion, betas: np.ndarray) -> list[Take]:
-    """The takes of one clip on one body shape, part by part; of several simulators, those of the newest alone.
+    """Returns the takes of one clip on one body shape, part by part, from the newest simulator only.
 
     Raises:
         BadInput: The dataset holds none.
@@ -52,10 +53,10 @@ def takes_of(truth: Dataset, motion: Motion, betas: np.ndarray) -> list[Take]:
         if row.clip == motion.name and np.array_equal(np.trim_zeros(np.asarray(row.betas, np.float32), "b"), shape)
     ]
     if not rows:
-        held = ", ".join(sorted({row.clip for row in truth.clips()})) or "nothing"
+        clips = ", ".join(sorted({row.clip for row in truth.clips()})) or "nothing"
         raise BadInput(
             f"the truth holds no take of clip '{motion.name}' on this body",
-            f"takes of {held}",
+            f"takes of {clips}",
             "simulate it with 'hemline simulate'",
         )
     return [truth.take(row) for row in newest(rows, f"clip '{motion.name}' in {truth.folder}")]
@@ -78,9 +79,9 @@ def evaluate(
     thickness_mm: float = THICKNESS_MM,
     keep: Callable[[Frame], None] | None = None,
 ) -> Evaluation:
-    """Play a motion and measure.
+    """Plays a motion and measures its frames.
 
-    Everything is compiled before the first frame is timed; how long that took is a figure of its own, `compile_s`.
+    Everything is compiled before the first frame is timed; the time of that is the figure `compile_s`.
 
     Args:
         animator: A fitted animator.
@@ -122,7 +123,7 @@ def evaluate(
         if index / fps > last + 1e-9:
             break
         if index / fps >= start - 1e-9:
-            shown = reference[level.kept] if reference is not None and isinstance(level, Level) else reference
+            shown = reference[level.vertex_ids] if reference is not None and isinstance(level, Level) else reference
             tally.add(frame, shown, fps)
     worst_index, worst, worst_truth = tally.worst_frame()
     figures = {
@@ -146,14 +147,14 @@ def _frames(
     untangle: bool,
     options: dict[str, Any],
 ) -> Iterator[tuple[Frame, Vertices | None]]:
-    """Frames of the clip proper, each with its ground truth where there is one."""
+    """Yields the frames of the clip without its lead-in, each with its ground truth where there is one."""
     if takes is None:
         for frame in play(animator, body, motion, fps=fps, untangle=untangle, **options):
             yield frame, None
         return
     for take in takes:
-        driven = take.vertices if drive == "truth" else None
-        frames = play(animator, body, take.motion, fps=None, placed=True, truth=driven, **options)
+        truth = take.vertices if drive == "truth" else None
+        frames = play(animator, body, take.motion, fps=None, placed=True, truth=truth, **options)
         for index, frame in enumerate(frames):
             if not take.lead_in[index]:
                 yield frame, take.vertices[index]

@@ -1,4 +1,4 @@
-"""Play a fitted garment on a body that moves, from the first frame of a motion to the last."""
+"""Playback of a fitted garment on a moving body, from the first frame of a motion to the last."""
 
 import math
 from collections.abc import Iterator
@@ -9,10 +9,10 @@ from hemline.bodies.body import ShapedBody
 from hemline.collide import Guarantee
 from hemline.errors import BadInput
 from hemline.motions.motion import Motion
-from hemline.playback.player.time_step import LONGEST_STEP
 from hemline.playback.player.frame import Frame
 from hemline.playback.player.layers import THICKNESS_MM
 from hemline.playback.player.player import Player
+from hemline.playback.player.time_step import LONGEST_STEP
 
 
 def play(
@@ -31,34 +31,33 @@ def play(
     detail: float = 1.0,
     thickness_mm: float = THICKNESS_MM,
 ) -> Iterator[Frame]:
-    """Play a motion, frame by frame.
+    """Plays a motion, frame by frame.
 
-    The first frame is settled: the animator runs for `pre_roll` seconds in the first pose before anything is shown.
+    The garment is settled in the first frame: the animator runs for `pre_roll` seconds before it.
 
     Args:
         animator: A fitted animator.
-        body: A body of the kind that it was fitted on, of any shape.
-        motion: The motion, of any frame rate and for any leg length.
-        fps: Frames a second to play at; None: the motion's own. Below four the garment takes steps of at most 0.25 s
+        body: A body of the kind of the fit, of any shape.
+        motion: A motion of any frame rate and leg length.
+        fps: Frames per second; None: those of the motion. Below four the garment takes steps of at most 0.25 s
             between frames.
         pre_roll: Time in the first pose before the first frame [s].
-        guarantee: As for `Player.prepare`.
-        measure: As for `Player.prepare`.
-        untangle: Lift limbs out of each other first.
-        placed: The motion is already scaled and grounded for this body.
-        truth: Simulated vertices, one row a frame of the motion as it is played: they drive the animator in the place
-            of its own dynamics.
-        whole: As for `Player.prepare`.
-        detail: As for `Player.prepare`.
-        thickness_mm: As for `Player.prepare` [mm].
+        guarantee: See `Player.prepare`.
+        measure: See `Player.prepare`.
+        untangle: Whether limbs are lifted out of each other first.
+        placed: Whether the motion is placed on this body already.
+        truth: Simulated vertices (frames, verts, 3) [m], which drive the animator instead of its own dynamics; one row
+            per frame of the motion as it is played.
+        whole: See `Player.prepare`.
+        detail: See `Player.prepare`.
+        thickness_mm: See `Player.prepare` [mm].
 
     Yields:
-        One `Frame` a frame.
+        One `Frame` per frame.
 
     Raises:
         BadModel: The animator was fitted on another kind of body.
-        BadInput: A frame rate that is not positive, ground truth of another length, or no such level of detail or
-            thickness.
+        BadInput: `fps`, `detail` or `thickness_mm` is out of its range, or the ground truth has another length.
     """
     if fps is not None and not 0 < fps <= 1000:
         raise BadInput("fps must lie between 0 and 1000", fps, "leave it out for 30")
@@ -67,8 +66,8 @@ def play(
     motion = motion if placed else body.placed(motion)
     rate = motion.fps if fps is None else fps
     steps = 1 if truth is not None else math.ceil(1 / (rate * LONGEST_STEP))
-    motion = motion if steps * rate == motion.fps else motion.resampled(steps * rate)
-    motion = body.untangled_motion(motion) if untangle else motion
+    motion = motion if steps * rate == motion.fps else motion.resample(steps * rate)
+    motion = body.untangle_motion(motion) if untangle else motion
     if truth is not None and len(truth) != len(motion):
         raise BadInput(
             "the ground truth must have one row a frame",

@@ -1,4 +1,4 @@
-"""Frames of a clip gathered for export."""
+"""Recording of played frames, or of a simulated take, as a clip for export."""
 
 from collections.abc import Callable, Iterable
 
@@ -24,15 +24,15 @@ def record(
     fps: float,
     keep: Callable[[Frame], None] | None = None,
 ) -> Clip:
-    """Gather played frames into a clip that every export format takes.
+    """Collects played frames in a clip for any export format.
 
     Args:
-        frames: What `play` yields.
+        frames: Frames, such as `play` yields.
         garment_name: Name of the garment's mesh.
-        garment_faces: Its triangles.
+        garment_faces: Triangles of the mesh.
         motion: The motion that was played, for its acknowledgment.
-        fps: Frames a second of the frames.
-        keep: Called with each frame, for figures.
+        fps: Frames per second.
+        keep: Called with each frame.
 
     Returns:
         The clip: garment and body, (frames, verts, 3) each [m].
@@ -50,13 +50,13 @@ def record(
 
 
 def record_take(take: Take, garment: Garment, body: ShapedBody, *, lead_in: bool = False) -> Clip:
-    """A simulated take as a clip, with the body it was simulated against.
+    """Returns a simulated take as a clip, with the body of the simulation.
 
     Args:
         take: The take.
-        garment: Its garment.
-        body: The body at the take's betas.
-        lead_in: Keep the frames before the clip.
+        garment: The garment of the take.
+        body: The body at the betas of the take.
+        lead_in: Whether to include the frames before the clip.
     """
     chosen = np.arange(len(take.motion)) if lead_in else take.clip_frames
     bodies = [body.posed(take.motion[int(i)]) for i in chosen]
@@ -73,7 +73,7 @@ def _clip(
     name: str,
     terms: tuple[str, ...],
 ) -> Clip:
-    """Cloth and body; formats that can skin get the skeleton that the skin follows, which is half the size."""
+    """Returns cloth and body; with the skeleton, formats that support skins store the body in half the size."""
     shaped = bodies[0].shaped
     body = shaped.body
     skeleton = (

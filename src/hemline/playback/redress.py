@@ -1,4 +1,4 @@
-"""A take that was simulated on one body, shown on another: simulate once, dress every shape."""
+"""Transfer of a simulated take to bodies of other shapes."""
 
 from collections.abc import Iterator
 
@@ -12,21 +12,21 @@ from hemline.playback.player.player import Player
 
 
 def redress_take(animator: Animator, take: Take, body: ShapedBody) -> Iterator[Frame]:
-    """A simulated clip on a body of another shape, frame by frame, without its lead-in.
+    """Plays a simulated clip on a body of another shape, frame by frame, without its lead-in.
 
-    What the cloth did on the body that it was simulated on is kept, swing and wrinkles; the animator adds what the
-    shape changes. So one simulation serves all shapes.
+    Swing and wrinkles of the simulation are kept, and the animator adds the effect of the shape. So one simulation
+    serves all shapes.
 
     Args:
-        animator: Fitted with `--animator agentdress` to the garment of the take.
-        take: Simulated on the body of the fit.
-        body: The body to show it on.
+        animator: An animator that was fitted with `--animator agentdress` to the garment of the take.
+        take: A simulation on the body of the fit.
+        body: The body to show.
 
     Yields:
-        One `Frame` a frame.
+        One `Frame` per frame.
 
     Raises:
-        BadInput: The take is of another shape or mesh than the fit, or the animator does not know shapes.
+        BadInput: Shape or mesh of the take differ from the fit, or the animator does not know shapes.
         BadModel: The animator was fitted on another kind of body.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,

@@ -1,4 +1,4 @@
-"""What of a running garment goes on when it changes to another level of detail."""
+"""Transfer of a garment's state to another level of detail."""
 
 import functools
 from dataclasses import replace
@@ -6,13 +6,15 @@ from dataclasses import replace
 import numpy as np
 
 from hemline.arrays import Int
-from hemline.collide import LayeredProjector, LayersState, Projector, ProjectorState, WholeCloth, WholeState
+from hemline.collide import LayersState, ProjectorState, WholeCloth, WholeState
 from hemline.garments import Garment
+
+from .player.layers import FrameProjector
 
 
 @functools.lru_cache(maxsize=64)
 def nearest_vertices(garment: Garment, other: Garment) -> Int[np.ndarray, " verts"]:
-    """For each vertex of a garment the one of another level that is nearest at rest: itself, where it is kept."""
+    """Returns, for each vertex of a garment, the nearest vertex of another level at rest."""
     from scipy.spatial import KDTree
 
     return np.asarray(KDTree(other.vertices).query(garment.vertices)[1])
@@ -21,13 +23,13 @@ def nearest_vertices(garment: Garment, other: Garment) -> Int[np.ndarray, " vert
 def transfer_whole_cloth(
     cloth: WholeCloth, other: WholeCloth, state: WholeState, nearest: Int[np.ndarray, " verts"]
 ) -> WholeState:
-    """The state of one level of a garment as that of another; samples look for the skin anew.
+    """Transfers the state of the whole-cloth step to another level; its samples search for the skin anew.
 
     Args:
         cloth: The level to change to.
-        other: The one that the state is of.
+        other: The level of the state.
         state: The state.
-        nearest: As `nearest_vertices`.
+        nearest: Result of `nearest_vertices`.
     """
     there = _inverse_order(other.on_body.order)[nearest[cloth.on_body.order]]
     shifts = np.einsum("vk,vkx->vx", other.coarse.weights, state.shifts[other.coarse.weight_ids])
@@ -40,26 +42,26 @@ def transfer_whole_cloth(
 
 
 def transfer_projector(
-    projector: Projector | LayeredProjector,
-    other: Projector | LayeredProjector,
+    projector: FrameProjector,
+    other: FrameProjector,
     state: ProjectorState | LayersState,
     nearest: Int[np.ndarray, " verts"],
 ) -> ProjectorState | LayersState:
-    """The same for the projection: displacements fade from where they are, places are looked for anew.
+    """Transfers the state of the projection to another level: displacements fade on, the skin is searched for anew.
 
-    Those of several garments start anew.
+    The projection of several garments starts anew.
 
     Args:
-        projector: Of the level to change to.
-        other: Of the one that the state is of.
+        projector: The projection of the level to change to.
+        other: The projection of the level of the state.
         state: The state.
-        nearest: As `nearest_vertices`.
+        nearest: Result of `nearest_vertices`.
     """
-    if not (isinstance(projector, Projector) and isinstance(state, ProjectorState)):
-        return projector.start()
+    fresh = projector.start()
+    if not isinstance(state, ProjectorState):
+        return fresh
     there = _inverse_order(other.on_body.order)[nearest[projector.on_body.order]]
-    begun = projector.start()
-    return replace(begun, offsets=state.offsets[there], lively=np.ones_like(begun.lively))
+    return replace(fresh, offsets=state.offsets[there], lively=np.ones_like(fresh.lively))
 
 
 def _inverse_order(order: Int[np.ndarray, " verts"]) -> Int[np.ndarray, " verts"]:

@@ -1,12 +1,13 @@
-"""Figures of played frames, gathered one by one."""
+"""Figures of played frames, measured frame by frame."""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from hemline import bodies, metrics
+from hemline import metrics
 from hemline.animators.base import Animator
+from hemline.animators.own_body import own_body
 from hemline.arrays import Vertices
 from hemline.collide import LayersReport, inside
 from hemline.compiled import threads
@@ -15,16 +16,16 @@ from hemline.meshes import rest_lengths
 from hemline.playback.player.frame import Frame
 
 CROSSINGS_EVERY = 10
-"""Frames from one count of cloth through cloth, and of skin through cloth, to the next."""
+"""Interval at which crossings of cloth with cloth and of skin with cloth are counted [frames]."""
 PROBE_HEIGHT = 0.001
-"""How far above the skin it is asked whether that is inside another part of the body [m]."""
+"""Height above the skin at which a point is tested for being inside another part of the body [m]."""
 
 
 class Tally:
-    """Figures gathered frame by frame: what is kept of a frame is a few numbers, and rows of errors and of strains.
+    """Measures frames; of each it stores a few numbers, and rows of errors and strains.
 
     Args:
-        animator: Whose frames they are.
+        animator: The animator of the frames.
         keep: Called with each frame, to record it.
     """
 
@@ -34,8 +35,8 @@ class Tally:
         edges, lengths = rest_lengths(garment.faces, garment.rest_edges)
         counted = ~np.isin(edges, garment.pins.vertices).all(axis=1)
         self._edges, self._lengths = edges[counted], lengths[counted]
-        fitted = bodies.load(garment.body_name).shaped(garment.body_betas)
-        self._covered = metrics.covered_skin(garment.vertices, garment.faces, fitted.vertices, fitted.normals)
+        fitted = own_body(animator).shaped(garment.body_betas)
+        self._covered = metrics.skin_under_cloth(garment.vertices, garment.faces, fitted.vertices, fitted.normals)
         self._pairs = metrics.neighbouring_faces(garment.faces)
         self._stretches: list[tuple[float, float]] = []
         self._ripples: list[tuple[float, float | None]] = []
@@ -50,16 +51,16 @@ class Tally:
         self._worst: tuple[int, Frame, Vertices | None] | None = None
 
     def add(self, frame: Frame, truth: Vertices | None, fps: float) -> None:
-        """Measure one more frame.
+        """Measures one more frame.
 
         Args:
             frame: The frame.
-            truth: The simulated garment in it, if there is one [m].
-            fps: Frames a second.
+            truth: The simulated garment in this frame, if there is one (verts, 3) [m].
+            fps: Frames per second.
         """
         garment, shown = self.animator.garment, frame
         if any(frame.origin):
-            # far away single precision blurs the world: what is measured is the frame as it was played
+            # far away single precision rounds positions in the world, so the frame is measured near its own origin
             frame = frame.local
             truth = None if truth is None else (truth - np.array(shown.origin)).astype(np.float32)
         self._milliseconds.append(dict(frame.milliseconds))
@@ -73,7 +74,7 @@ class Tally:
         self._ripples.append((metrics.ripple_deg(frame.vertices, garment.faces, self._pairs), ripples))
         if frame.novelty is not None:
             self._add("novelty", frame.novelty)
-        self._add("resolved", metrics.resolved_percent(frame.held, frame.vertices))
+        self._add("resolved", metrics.resolved_percent(frame.before_projection, frame.vertices))
         strains = metrics.edge_strains(frame.vertices, garment.faces, garment.rest_edges)
         self._strains.append(strains.astype(np.float32))
         if truth is not None:
@@ -85,7 +86,9 @@ class Tally:
             self.keep(shown)
 
     def worst_frame(self) -> tuple[int, Frame, Vertices | None]:
-        """Number, frame and ground truth of that with the largest error; without one, with most vertices inside before.
+        """Returns number, frame and ground truth of the worst frame.
+
+        It has the largest error; without ground truth, the most vertices inside the body before the projection.
 
         Raises:
             BadInput: No frame was added.
@@ -95,7 +98,7 @@ class Tally:
         return self._worst
 
     def figures(self) -> dict[str, Any]:
-        """All that was measured, each by its metric in `hemline.metrics`, as plain numbers."""
+        """Returns all figures as plain numbers, each named after its metric in `hemline.metrics`."""
         values, errors = self._values, bool(self._errors_mm)
         return {
             "vertices": len(self.animator.garment.vertices),
@@ -126,7 +129,7 @@ class Tally:
         self._values.setdefault(name, []).append(value)
 
     def _add_through(self, frame: Frame) -> None:
-        """Skin that looks out of the cloth, what is inside another part of the body apart."""
+        """Measures skin that shows through the cloth, separately for skin inside another part of the body."""
         body, cloth = frame.body, (frame.vertices, self.animator.garment.faces)
         over = body.vertices[self._covered] + PROBE_HEIGHT * body.normals[self._covered]
         buried = inside(body.vertices, body.faces, over)
@@ -135,16 +138,16 @@ class Tally:
         self._add("through_buried", metrics.skin_through_percent(*cloth, *skin, ~buried))
 
     def _add_inside(self, frame: Frame) -> None:
-        """Vertices inside before and after, their depth, the papers' own test; vertices behind the cloth beneath."""
+        """Measures vertices inside the body before and after the projection, and those caught in layers."""
         body, faces, pinched = frame.body.vertices, frame.body.faces, frame.report.pinched
-        before, after = inside(body, faces, frame.held), inside(body, faces, frame.vertices)
+        before, after = inside(body, faces, frame.before_projection), inside(body, faces, frame.vertices)
         self._add("before", metrics.inside_percent(before))
         self._add("after", metrics.inside_percent(after, pinched))
         self._add("pinched", metrics.pinched_percent(pinched, len(after)))
         after[pinched] = False
         if isinstance(frame.report, LayersReport):
             self._add("caught", metrics.pinched_percent(frame.report.caught, len(after)))
-        self._add("deepest_before", metrics.deepest_mm(body, faces, frame.held, before))
+        self._add("deepest_before", metrics.deepest_mm(body, faces, frame.before_projection, before))
         self._add("deepest_after", metrics.deepest_mm(body, faces, frame.vertices, after))
         self._add("behind", metrics.behind_nearest_percent(frame.vertices, body, faces))
 

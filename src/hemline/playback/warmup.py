@@ -1,4 +1,4 @@
-"""Run each stage once on what ships, so that numba compiles it and it is kept on disk."""
+"""Runs each part of the package once, so that numba compiles its kernels and caches them on disk."""
 
 import tempfile
 import time
@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hemline import animators, bodies, export, garments, motions, sim
 from hemline.animators import Animator
+from hemline.animators.own_body import own_body
 from hemline.collide.winding.numbers import inside
 from hemline.compiled import at_most
 from hemline.playback.player.player import Player
@@ -23,7 +24,7 @@ def _animator():
 
 def _playback() -> None:
     cape = _animator()
-    body = bodies.load(cape.body_name).shaped()
+    body = own_body(cape).shaped()
     frames = list(play(cape, body, motions.load("run")[:8], untangle=True))
     Player.prepare(cape, body, detail=0.25)
     posed = frames[-1].body
@@ -32,7 +33,7 @@ def _playback() -> None:
 
 def _pictures() -> None:
     cape = _animator()
-    body = bodies.load(cape.body_name).shaped()
+    body = own_body(cape).shaped()
     motion = motions.load("run")[:2]
     clip = record(
         play(cape, body, motion), garment_name="cape", garment_faces=cape.garment.faces, motion=motion, fps=30
@@ -43,8 +44,8 @@ def _pictures() -> None:
 
 def _simulation() -> None:
     garment = garments.load("cape-light")
-    body = bodies.load(garment.body_name).shaped()
-    motion = body.placed(motions.load("run").resampled(30))[:2]
+    body = bodies.load("anny24").shaped()
+    motion = body.placed(motions.load("run").resample(30))[:2]
     rest = sim.rest_drape(garment, body, sim.SimSettings())
     sim.simulate(garment, body, motion, sim.SimSettings(), start=rest)
 
@@ -79,14 +80,14 @@ STAGES: dict[str, Callable[[], None]] = {
     "close-fitting": _close_fitting,
     "any garment": _any_garment,
 }
-"""The longest first, so that processes that share them out end together."""
+"""Parts to run, the longest first, so that processes that share them finish together."""
 
 
 def run_stage(name: str) -> float:
-    """Run a stage; how long it took [s].
+    """Runs a part; returns the time that it took [s].
 
     Args:
-        name: One of `STAGES`.
+        name: One of `STAGE_DIVISORS`.
     """
     began = time.perf_counter()
     STAGES[name]()

@@ -1,4 +1,4 @@
-"""A picture of the worst frame beside the truth."""
+"""A picture of the worst frame of an evaluation, beside the simulation."""
 
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from .evaluate import Evaluation
 
 
 def draw_worst(path: Path, evaluation: Evaluation, faces: np.ndarray) -> None:
-    """Write a PNG of the worst frame: ours, and beside it the truth where there is one.
+    """Writes a PNG of the worst frame, beside the simulated one where there is one.
 
     Args:
-        path: The PNG.
-        evaluation: What `evaluate` returned.
+        path: Path of the PNG.
+        evaluation: Result of `evaluate`.
         faces: Triangles of the garment.
     """
     frame = evaluation.worst

@@ -1,4 +1,4 @@
-"""Blinded comparisons of clips by people: pairs, their order for each person, answers, a local page, statistics."""
+"""Blinded comparisons of clips by people: pairs, their order for each participant, answers, a page, statistics."""
 
 from .answers import Answer as Answer
 from .answers import read_answers as read_answers
@@ -10,4 +10,4 @@ from .study import Study as Study
 from .summary import SummaryRow as SummaryRow
 from .summary import summarise as summarise
 
-__all__ = ["QUESTIONS", "Answer", "Pair", "SummaryRow", "Study", "Viewer", "pairs_of", "read_answers", "summarise"]
+__all__ = ["QUESTIONS", "Answer", "Pair", "Study", "SummaryRow", "Viewer", "pairs_of", "read_answers", "summarise"]

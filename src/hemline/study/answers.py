@@ -1,4 +1,4 @@
-"""Answers of people, in a CSV to which rows are appended whole."""
+"""Answers of participants in a CSV, to which rows are appended whole."""
 
 import csv
 import io
@@ -17,20 +17,20 @@ from .appending import open_locked
 
 @dataclass(frozen=True)
 class Answer:
-    """One row of the CSV, a column for each field.
+    """One row of the CSV, with a column for each field.
 
     Args:
-        participant: Their code, in capitals.
-        pair: The pair's name.
-        question: What was asked.
+        participant: Code of the participant, in capitals.
+        pair: Name of the pair.
+        question: The question.
         a: Path of clip A, as it was given.
         b: Path of clip B.
-        left: `A` or `B`, whichever was on the left.
-        preference: From 1, A is much better, to 7, B is much better; 4: no preference.
-        seconds: From when the question was seen, both clips playing, to its answer [s].
-        time: When it was answered (ISO 8601, UTC).
-        seed: The seed of the order.
-        clips: A hash of both clips, `sha256:` and 12 digits. It stands last so that a row that was cut off is known.
+        left: The clip on the left, `A` or `B`.
+        preference: Answer from 1, A is much better, to 7, B is much better; 4 is no preference.
+        seconds: Time from the question with both clips playing to the answer [s].
+        time: Time of the answer (ISO 8601, UTC).
+        seed: Seed of the order.
+        clips: Hash of both clips, `sha256:` and 12 digits. It is the last column, so that truncated rows are noticed.
     """
 
     participant: str
@@ -46,28 +46,28 @@ class Answer:
     clips: str
 
     @property
-    def asked(self) -> tuple[str, str, str]:
-        """Participant, pair and question, which only one row of a file has."""
+    def key(self) -> tuple[str, str, str]:
+        """Participant, pair and question, unique among the rows of a file."""
         return self.participant, self.pair, self.question
 
 
 POINTS = 7
-"""Points of the scale."""
+"""Number of points of the scale."""
 NEUTRAL = 4
-"""No preference."""
+"""Point that means no preference."""
 COLUMNS = tuple(field.name for field in fields(Answer))
 _REMOVE = "mend that row, or remove it"
 _CODE = re.compile(r"\w[\w.-]{0,39}")
 _CLIPS = re.compile(r"sha256:[0-9a-f]{12}")
 _FORMULA = tuple("=+-@\t\r\n\uff1d\uff0b\uff0d\uff20")
-"""With these letters, of which the last four are wide ones, spreadsheets let a formula begin."""
+"""Characters with which a formula begins in spreadsheets; the last four are full-width ones."""
 
 
 def normalise_code(participant: Any) -> str:
-    """A participant's code in capitals, without blanks around it: `p1` is the `P1` who comes back.
+    """Returns the code of a participant in capitals, without surrounding blanks, so that `p1` is `P1`.
 
     Raises:
-        BadAnswer: It is not 1 to 40 letters, digits, dots, dashes and underscores that begin with a letter or digit.
+        BadAnswer: It is not 1 to 40 letters, digits, dots, dashes and underscores, starting with a letter or digit.
     """
     code = unicodedata.normalize("NFC", participant.strip()).upper() if isinstance(participant, str) else ""
     if not _CODE.fullmatch(code):
@@ -77,14 +77,14 @@ def normalise_code(participant: Any) -> str:
 
 
 def check_cell(what: str, text: str) -> None:
-    """Refuse what a spreadsheet would take for a formula when the CSV is opened: such a cell can run programs.
+    """Refuses text that a spreadsheet would treat as a formula, since such a cell can run programs.
 
     Args:
-        what: What the text is.
-        text: What would be written.
+        what: Name of the text in the error.
+        text: The text.
 
     Raises:
-        BadInput: It begins as a formula does.
+        BadInput: The text begins like a formula.
     """
     if text.lstrip(" ").startswith(_FORMULA):
         cure = "begin it with a letter, or a digit"
@@ -92,13 +92,13 @@ def check_cell(what: str, text: str) -> None:
 
 
 def read_answers(path: str | Path) -> list[Answer]:
-    """All answers of a file. A last row that was cut off while it was written was never counted, and is left out.
+    """Reads all answers of a file; a truncated last row, whose writing was interrupted, is skipped.
 
     Args:
         path: A CSV that `hemline compare` wrote.
 
     Raises:
-        BadInput: It cannot be read, is no CSV of answers, or holds a row that is none or an answer given twice.
+        BadInput: The file cannot be read, is no CSV of answers, or contains an invalid row or an answer twice.
     """
     try:
         content = Path(path).read_bytes()
@@ -108,21 +108,21 @@ def read_answers(path: str | Path) -> list[Answer]:
     return _parse(path, content)[0]
 
 
-def add_answer(path: str | Path, answer: Answer, allowed: Callable[[list[Answer]], None]) -> None:
-    """Append a row, or nothing: other threads and processes wait, and what cannot be written whole is taken back.
+def add_answer(path: str | Path, answer: Answer, check: Callable[[list[Answer]], None]) -> None:
+    """Appends a row whole or not at all, while other threads and processes wait.
 
     Args:
-        path: The CSV; it is made where there is none.
+        path: Path of the CSV, which is made if missing.
         answer: The row.
-        allowed: Called with the rows that are there; what it raises goes on, and nothing is written.
+        check: Called with the present rows; if it raises, nothing is written.
 
     Raises:
-        BadInput: As `read_answers`.
+        BadInput: See `read_answers`.
         BadOutput: The file cannot be written.
     """
     with open_locked(path) as file:
         answers, whole = _parse(path, file.content)
-        allowed(answers)
+        check(answers)
         before = _line(COLUMNS) if whole == 0 else b"" if file.content[whole - 1 : whole] == b"\n" else b"\n"
         file.append(whole, before + _line(asdict(answer).values()))
 
@@ -134,7 +134,7 @@ def _line(cells: Iterable[object]) -> bytes:
 
 
 def _parse(path: str | Path, content: bytes) -> tuple[list[Answer], int]:
-    """Answers, and how many bytes hold them whole."""
+    """Returns the answers, and the number of bytes of their complete rows."""
     end = content.rfind(b"\n") + 1
     lines = _lines(path, content[:end])
     rest = _lines(path, content[end:].decode(errors="replace").encode())
@@ -146,15 +146,15 @@ def _parse(path: str | Path, content: bytes) -> tuple[list[Answer], int]:
     answers = [_answer(path, number, cells) for number, cells in enumerate(lines[1:], 2)]
     seen: set[tuple[str, str, str]] = set()
     for number, answer in enumerate(answers, 2):
-        if answer.asked in seen:
-            got = ", ".join(answer.asked)
+        if answer.key in seen:
+            got = ", ".join(answer.key)
             raise BadInput(f"{path}, row {number} answers again what an earlier row does", got, _REMOVE)
-        seen.add(answer.asked)
+        seen.add(answer.key)
     return answers, end
 
 
 def _is_whole(cells: list[str], *, is_first: bool) -> bool:
-    """Whether a last line, which lacks its end, lacks nothing else."""
+    """Whether a last line without a line break is otherwise complete."""
     if is_first:
         return cells == [*COLUMNS] or not _line(COLUMNS).startswith(_line(cells).rstrip())
     return len(cells) == len(COLUMNS) and _CLIPS.fullmatch(cells[-1]) is not None
@@ -169,7 +169,7 @@ def _lines(path: str | Path, content: bytes) -> list[list[str]]:
 
 
 def _answer(path: str | Path, number: int, cells: list[str]) -> Answer:
-    """One row, its numbers as numbers."""
+    """Returns one row as an `Answer`."""
     try:
         row = dict(zip(COLUMNS, cells, strict=True))
         numbers = {"preference": int(row["preference"]), "seconds": float(row["seconds"]), "seed": int(row["seed"])}

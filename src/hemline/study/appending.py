@@ -1,4 +1,4 @@
-"""A file that several threads and processes append to, one at a time; what is added is there whole or not at all."""
+"""A file to which threads and processes append in turn; each addition is written whole or not at all."""
 
 import os
 from collections.abc import Iterator
@@ -9,43 +9,43 @@ from hemline.errors import BadOutput
 
 
 class Appendable:
-    """A file that nobody else writes to meanwhile.
+    """A locked file, which nobody else writes to.
 
     Args:
         descriptor: The open file.
-        content: All that it holds.
+        content: Present content of the file.
     """
 
     def __init__(self, descriptor: int, content: bytes):
         self.descriptor, self.content = descriptor, content
 
-    def append(self, kept: int, addition: bytes) -> None:
-        """Keep the first bytes and add others; on an error the file ends where they did.
+    def append(self, length: int, addition: bytes) -> None:
+        """Truncates the file and appends bytes; on an error only the truncation remains.
 
         Args:
-            kept: How many of the bytes of `content` are kept.
-            addition: What follows them.
+            length: Number of bytes of `content` that are kept.
+            addition: Bytes that follow them.
 
         Raises:
             OSError: The disk is full, or fails.
         """
-        os.ftruncate(self.descriptor, kept)
+        os.ftruncate(self.descriptor, length)
         try:
             written = os.write(self.descriptor, addition)
             if written != len(addition):
                 raise OSError(f"{written} of {len(addition)} bytes were written")
             os.fsync(self.descriptor)
         except BaseException:
-            os.ftruncate(self.descriptor, kept)
+            os.ftruncate(self.descriptor, length)
             raise
 
 
 @contextmanager
 def open_locked(path: str | Path) -> Iterator[Appendable]:
-    """Open a file for appending, made where there is none, and keep others out until the block ends.
+    """Opens a file for appending, makes it if missing, and locks it until the block ends.
 
     Raises:
-        BadOutput: It cannot be opened, read or written, or the system has no locks.
+        BadOutput: The file cannot be opened, read or written, or the system has no locks.
     """
     try:
         import fcntl

@@ -1,4 +1,4 @@
-"""What is known of a clip's file before a browser plays it: its kind, size and length."""
+"""Checks of clip files before a browser plays them: kind, size and length."""
 
 import io
 from pathlib import Path
@@ -6,20 +6,22 @@ from pathlib import Path
 from hemline.errors import BadInput
 
 KINDS = {".webp": "image/webp", ".gif": "image/gif", ".webm": "video/webm", ".mp4": "video/mp4"}
-"""Endings of files that browsers play themselves, and their media types."""
+"""Endings of files that browsers can play, and their media types."""
 _MAGIC = {".webm": (0, b"\x1a\x45\xdf\xa3"), ".mp4": (4, b"ftyp")}
 _AGAIN = "make the clip again, as with 'hemline animate MODEL -m MOTION -o clip.webp'"
 
 
 def measure_clip(path: Path, content: bytes) -> dict[str, object]:
-    """Size [pixels], length [s] and repeats of a moving picture; nothing of a video, which the browser measures.
+    """Returns size [pixels], length [s] and repeats of an animated picture; an empty result for a video.
+
+    Browsers measure videos themselves.
 
     Args:
-        path: Its name, whose ending chooses the kind.
-        content: Its bytes.
+        path: Name of the file, whose ending is its kind.
+        content: Bytes of the file.
 
     Raises:
-        BadInput: No browser plays this ending, the bytes are not what it says, or a picture does not move.
+        BadInput: No browser plays this ending, the bytes do not match it, or a picture has a single frame.
     """
     kind = path.suffix.lower()
     if kind not in KINDS:

@@ -1,4 +1,4 @@
-"""In which order a participant sees the pairs, and which clip of each is on the left."""
+"""Order of the pairs for a participant, and the side of each clip."""
 
 import hashlib
 import json
@@ -10,7 +10,7 @@ from .pairs import Pair
 
 @dataclass(frozen=True)
 class ShownPair:
-    """A pair as a participant sees it.
+    """A pair with the sides on which a participant sees its clips.
 
     Args:
         pair: The pair.
@@ -22,21 +22,23 @@ class ShownPair:
 
 
 def order_for(participant: str, pairs: Sequence[Pair], seed: int) -> list[ShownPair]:
-    """All pairs in the order of a participant: drawn by hashing, so that no version of Python shows another one.
+    """Returns all pairs in the random order of a participant, by hashing, so that all versions of Python agree.
 
-    Sides are counterbalanced: A is on the left in half of a participant's pairs (for an odd number, in one more or one
-    less than B, by chance), which half being as random as the order.
+    Sides are counterbalanced: A is on the left in a random half of the pairs of a participant. For an odd number of
+    pairs, chance decides whether A or B has one more.
 
     Args:
-        participant: The participant's code.
-        pairs: The pairs of the study.
-        seed: Another seed gives everybody another order.
+        participant: Code of the participant.
+        pairs: Pairs of the study.
+        seed: Seed of the order.
     """
 
-    def drawn(*what: str) -> bytes:
+    def random_key(*what: str) -> bytes:
         return hashlib.sha256(json.dumps([seed, participant, *what]).encode()).digest()
 
-    coin = drawn("first side")[0] % 2
-    by_side = sorted(pairs, key=lambda pair: drawn("side", pair.name))
+    coin = random_key("first side")[0] % 2
+    by_side = sorted(pairs, key=lambda pair: random_key("side", pair.name))
     a_left = {pair.name: (rank + coin) % 2 == 0 for rank, pair in enumerate(by_side)}
-    return [ShownPair(pair, a_left[pair.name]) for pair in sorted(pairs, key=lambda pair: drawn("order", pair.name))]
+    return [
+        ShownPair(pair, a_left[pair.name]) for pair in sorted(pairs, key=lambda pair: random_key("order", pair.name))
+    ]

@@ -1,4 +1,4 @@
-"""Two clips of one motion, or two folders of them, into pairs that can be shown side by side."""
+"""Pairs of clips of one motion that can be shown side by side, from two files or two folders."""
 
 import hashlib
 import warnings
@@ -20,10 +20,10 @@ class Pair:
     """Two clips of one motion.
 
     Args:
-        name: What answers are filed under; one pair of a study has it.
-        a: One clip.
-        b: The other, of the same kind, size, length and number of repeats.
-        contents: A hash of both files, `sha256:` and 12 digits.
+        name: Name of the pair, unique in a study.
+        a: Path of one clip.
+        b: Path of the other, of the same kind, size, length and number of repeats.
+        contents: Hash of both files, `sha256:` and 12 digits.
     """
 
     name: str
@@ -32,10 +32,10 @@ class Pair:
     contents: str
 
     def read(self, side: Side) -> bytes:
-        """The file of one clip.
+        """Returns the bytes of one clip.
 
         Raises:
-            BadInput: One of both cannot be read, or is not what it was when they were paired.
+            BadInput: One of both files cannot be read, or has changed since they were paired.
         """
         both = {"A": _read(self.a), "B": _read(self.b)}
         if _contents(both.values()) != self.contents:
@@ -45,15 +45,15 @@ class Pair:
 
 
 def pairs_of(paths: Sequence[str | Path]) -> tuple[Pair, ...]:
-    """Pair up clips and check that each pair can be shown side by side.
+    """Pairs clips and checks that each pair can be shown side by side.
 
     Args:
-        paths: A, B, and so on in twos. Two files are one pair. Two folders are a pair for each file name that both
-            have; a clip that only one of them has is left out with a `HemlineWarning`.
+        paths: Paths in twos, A and B. Two files are one pair. Two folders are one pair per common file name; other
+            clips are skipped with a `HemlineWarning`.
 
     Raises:
-        BadInput: An odd number of paths, a file that is missing or that browsers do not play, folders without a common
-            name, a pair of different kinds, sizes, lengths or repeats, two pairs of one name, or a name that would be a
+        BadInput: The number of paths is odd; a file is missing, or browsers cannot play it; folders have no common
+            name; kinds, sizes, lengths or repeats of a pair differ; two pairs have one name; or a name would be a
             formula in a spreadsheet.
     """
     if not paths or len(paths) % 2:

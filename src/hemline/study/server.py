@@ -1,4 +1,4 @@
-"""The local page: a server of the standard library that lets in who comes by its address."""
+"""The local page of a study: a server of the standard library that admits users of its address."""
 
 import contextlib
 import io
@@ -12,7 +12,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from typing import Any
 
-from hemline.doors import WAITING, Door, TurnedAway, listening
+from hemline.access import WAITING, AccessControl, AccessRefused, open_listener
 from hemline.errors import BadAnswer, BadInput
 
 from .clip_files import KINDS
@@ -21,7 +21,7 @@ from .study import Item, Study
 from .timed_reads import TimedReads
 
 REQUEST_TIMEOUT = 10.0
-"""How long a request may take to arrive [s]."""
+"""Longest time that a request may take to arrive [s]."""
 _PAGE = {
     "/": ("viewer.html", "text/html; charset=utf-8"),
     "/viewer.css": ("viewer.css", "text/css; charset=utf-8"),
@@ -39,23 +39,24 @@ _STOPPED = {"error": "The study cannot go on. Please tell the person who runs it
 
 
 class Viewer(ThreadingHTTPServer):
-    """A page on which clips are compared. Clips have random names there, new ones at each start.
+    """A page on which clips are compared, under random names that change with each start.
 
-    Whoever has the address `url` is let in; it holds a key that is new at each start. Others are turned away, and of
-    connections that were not let in yet only a few are kept open, for ten seconds.
+    Whoever has the address `url` is admitted; it contains a key that changes with each start. Others are turned away,
+    and only a few connections are kept open before they are admitted, for ten seconds.
 
     Args:
-        asked: A study, whose page shows no name of a clip; or pairs only, shown with their names, A on the left, and
-            nothing is asked.
-        port: Where to listen; 0: a port that is free.
-        report: Told in a line what stops the study; the page says only that something does, as the line may name clips.
+        content: A study, whose page hides the names of clips; or pairs, shown with their names, A on the left, without
+            questions.
+        port: The port to listen on; 0: any free port.
+        report: Called with each error that stops the study, as one line. The page does not show it, since it may name
+            clips.
 
     Raises:
-        BadInput: The port is none, in use, or not allowed.
+        BadInput: The port does not exist, is in use or is not allowed.
 
     Attributes:
-        url: The address, with the key that lets a browser in.
-        door: Whom it lets in; it gives an address that works once, too.
+        url: The address, with the key that grants access.
+        door: The access control; it also gives an address that works once.
 
     Example:
         >>> with Viewer((), port=0) as viewer:
@@ -66,17 +67,17 @@ class Viewer(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(
-        self, asked: Study | tuple[Pair, ...], *, port: int = 0, report: Callable[[str], None] = lambda line: None
+        self, content: Study | tuple[Pair, ...], *, port: int = 0, report: Callable[[str], None] = lambda line: None
     ):
-        self.study, self.pairs = (asked, asked.pairs) if isinstance(asked, Study) else (None, asked)
+        self.study, self.pairs = (content, content.pairs) if isinstance(content, Study) else (None, content)
         self.report = report
         self._waiting: dict[socket.socket, None] = {}
         self._lock = threading.Lock()
-        listener = listening(port)
+        listener = open_listener(port)
         super().__init__(listener.getsockname(), _Handler, bind_and_activate=False)
         self.socket.close()
         self.socket, self.server_address = listener, listener.getsockname()
-        self.door = Door(self.server_address[1])
+        self.door = AccessControl(self.server_address[1])
         self.url = self.door.url
         sides: tuple[Side, ...] = ("A", "B")
         self.clips: dict[str, tuple[Pair, Side]] = {
@@ -85,7 +86,7 @@ class Viewer(ThreadingHTTPServer):
         self.addresses = {(pair.name, side): address for address, (pair, side) in self.clips.items()}
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Answer in a thread; where too many wait that were not let in, the oldest of them is closed."""
+        """Answers in a thread; if too many connections wait to be admitted, the oldest of them is closed."""
         with self._lock:
             self._waiting[request] = None
             oldest = next(iter(self._waiting)) if len(self._waiting) > WAITING else None
@@ -96,37 +97,37 @@ class Viewer(ThreadingHTTPServer):
         super().process_request(request, client_address)
 
     def let_in(self, request: Any) -> None:
-        """A connection waits no more."""
+        """Marks a connection as admitted."""
         with self._lock:
             self._waiting.pop(request, None)
 
     def shutdown_request(self, request: Any) -> None:
-        """A connection was answered."""
+        """Closes a connection that was answered."""
         self.let_in(request)
         super().shutdown_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that goes away while it is answered is no error."""
+        """Ignores browsers that leave while they are answered."""
         if not isinstance(sys.exception(), ConnectionError):
             super().handle_error(request, client_address)
 
-    def labelled(self) -> dict[str, Any]:
-        """What the page shows where nothing is asked: all pairs with their names; of a study, that it is one."""
+    def labels(self) -> dict[str, Any]:
+        """Returns all pairs with their names for a page without questions; for a study, only that it is blind."""
         if self.study is not None:
             return {"blind": True}
         pairs = [{"name": pair.name, "labels": [str(pair.a), str(pair.b)]} | self._sides(pair) for pair in self.pairs]
         return {"blind": False, "pairs": pairs}
 
-    def following(self, study: Study, participant: Any) -> dict[str, Any]:
-        """What the page shows next to a participant; nothing in it tells A from B."""
-        item = study.following(participant)
+    def next_item(self, study: Study, participant: Any) -> dict[str, Any]:
+        """Returns the next item for a participant; nothing in it distinguishes A from B."""
+        item = study.next_item(participant)
         total = len(study.pairs) * len(study.questions)
         return {"total": total, "item": None if item is None else self._item(item, len(study.questions))}
 
     def _item(self, item: Item, questions: int) -> dict[str, Any]:
         place = {"pair": item.number // questions + 1, "pairs": len(self.pairs), "token": item.token}
-        asked = {"question": item.question, "ordinal": item.number % questions + 1, "questions": questions}
-        return place | asked | self._sides(item.shown.pair, a_left=item.shown.a_left)
+        texts = {"question": item.question, "ordinal": item.number % questions + 1, "questions": questions}
+        return place | texts | self._sides(item.shown.pair, a_left=item.shown.a_left)
 
     def _sides(self, pair: Pair, *, a_left: bool = True) -> dict[str, Any]:
         left, right = ("A", "B") if a_left else ("B", "A")
@@ -140,51 +141,51 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = 60
 
     def setup(self) -> None:
-        """Read no longer than a request may take."""
+        """Limits the time of reading a request."""
         super().setup()
         self.rfile = io.BufferedReader(TimedReads(self.connection, REQUEST_TIMEOUT))
 
     def do_GET(self) -> None:
-        path = self._entered()
+        path = self._path_behind_key()
         if path is None:
             return
         if path in _PAGE:
             name, kind = _PAGE[path]
             self._send(200, files("hemline.study").joinpath("page", name).read_bytes(), kind)
         elif path == "/study":
-            self._say(200, self.server.labelled())
+            self._say(200, self.server.labels())
         elif path in self.server.clips:
             self._send_clip(*self.server.clips[path])
         else:
             self._say(404, {"error": "there is no such page"})
 
     def do_POST(self) -> None:
-        study, path = self.server.study, self._entered()
+        study, path = self.server.study, self._path_behind_key()
         if path is None:
             return
         if study is None or path not in ("/next", "/answer"):
             self._say(404, {"error": "there is no such page"})
             return
         try:
-            asked = self._body()
+            sent = self._body()
             if path == "/answer":
-                study.answer(*(asked.get(name) for name in ("participant", "token", "point", "seconds")))
-            self._say(200, self.server.following(study, asked.get("participant")))
+                study.answer(*(sent.get(name) for name in ("participant", "token", "point", "seconds")))
+            self._say(200, self.server.next_item(study, sent.get("participant")))
         except BadAnswer as error:
             self._say(400, {"error": str(error)})
         except BadInput as error:
             self.server.report(str(error))
             self._say(500, _STOPPED)
 
-    def _entered(self) -> str | None:
-        """The path behind the key; None: they were turned away, and it was said."""
+    def _path_behind_key(self) -> str | None:
+        """Returns the path after the key; None if the request was turned away, which was answered."""
         hosts, origins = (self.headers.get_all(name, []) for name in ("Host", "Origin"))
         try:
-            path = self.server.door.entered(self.path, hosts, origins)
+            path = self.server.door.admit(self.path, hosts, origins)
             if not path:  # without the last slash, the page would look for its parts in another place
-                raise TurnedAway("The page is here.", self.server.url)
-        except TurnedAway as why:
-            self._say(why.status, {"error": why.said}, why.location)
+                raise AccessRefused("The page is here.", self.server.url)
+        except AccessRefused as why:
+            self._say(why.status, {"error": why.message}, why.location)
             return None
         self.server.let_in(self.connection)
         return path
@@ -194,12 +195,12 @@ class _Handler(BaseHTTPRequestHandler):
             length = int(self.headers.get("Content-Length", ""))
             if not 0 <= length <= _LONGEST_BODY:
                 raise ValueError("too long")
-            asked = json.loads(self.rfile.read(length))
+            sent = json.loads(self.rfile.read(length))
         except (ValueError, RecursionError) as reason:
             raise BadAnswer("what the page sent cannot be read", reason, "load the page again") from reason
-        if not isinstance(asked, dict):
-            raise BadAnswer("the page must send an object", type(asked).__name__, "load the page again")
-        return asked
+        if not isinstance(sent, dict):
+            raise BadAnswer("the page must send an object", type(sent).__name__, "load the page again")
+        return sent
 
     def _send_clip(self, pair: Pair, side: Side) -> None:
         try:
@@ -223,4 +224,4 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nothing: what there is to see is in the CSV."""
+        """Logs nothing; the CSV has all there is to know."""

@@ -1,4 +1,4 @@
-"""A study: which pair and question each participant sees next, and their answers."""
+"""A study: the next pair and question for each participant, and their answers."""
 
 import hmac
 import json
@@ -22,9 +22,9 @@ QUESTIONS = (
     "Which wrinkles look more natural?",
     "Which agent looks more like a real person?",
 )
-"""What the participants of Wu et al. 2021 (Section 4.8) were asked about each scenario."""
+"""Questions about each scenario in Wu et al. 2021 (Section 4.8)."""
 _LONGEST_ANSWER = 1e7
-"""What no answer takes [s]."""
+"""Longest time that an answer can take [s]."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +32,12 @@ class Item:
     """One question about one pair.
 
     Args:
-        number: Its place among all that a participant is asked, from 0.
-        shown: The pair as this participant sees it.
-        question: What is asked.
-        token: What an answer to it is sent with. It stands for this participant, these clips on these sides and this
-            question, so that no answer is filed under another item, whatever has changed since the page was loaded. It
-            is made with a secret of the `Study`: it can be guessed by nobody, and does not tell which side A is on.
+        number: Number of the item for the participant, from 0.
+        shown: The pair, with the sides of its clips.
+        question: The question.
+        token: Token that an answer must carry. It depends on participant, clips, sides and question, so that no answer
+            is stored for another item, whatever has changed since the page was loaded. It is made with a secret of the
+            `Study`, so nobody can guess it, and it does not reveal the side of A.
     """
 
     number: int
@@ -48,22 +48,22 @@ class Item:
 
 @dataclass(frozen=True)
 class Study:
-    """A blinded paired comparison within subjects. All that is remembered is in the CSV, so it may be left at any time.
+    """A blinded paired comparison within subjects. Its only memory is the CSV, so it can be interrupted at any time.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
     Section 4.8.
-    Differs: both clips at once on a page, where the paper shows one scene after the other in a headset, for a fixed
-    time. Clip A is the paper's own method.
+    Differs: the page shows both clips at once; the paper shows one scene after the other in a headset, for a fixed
+    time. Clip A is the method of the paper.
 
     Args:
-        pairs: What is compared.
-        answers: The CSV.
-        questions: What is asked about each pair, in this order.
-        seed: Of the order and of the sides.
+        pairs: Pairs of clips.
+        answers: Path of the CSV.
+        questions: Questions about each pair, in their order.
+        seed: Seed of the order and of the sides.
 
     Raises:
-        BadInput: No question, one that is asked twice, is no line of text or would be a formula in a spreadsheet, or
-            the CSV holds answers of another study.
+        BadInput: There is no question; a question occurs twice, is not one line of text or would be a formula in a
+            spreadsheet; or the CSV contains answers of another study.
         BadOutput: The CSV cannot be written.
     """
 
@@ -83,45 +83,45 @@ class Study:
         check_writable(self.answers)
         if self.answers.exists():
             with open_locked(self.answers):
-                pass  # it can be written
-        self._check(self.given())
+                pass  # the file can be written
+        self._check(self.all_answers())
 
-    def given(self) -> list[Answer]:
-        """All answers so far.
+    def all_answers(self) -> list[Answer]:
+        """Reads all answers so far.
 
         Raises:
-            BadInput: The CSV was damaged meanwhile.
+            BadInput: The CSV was damaged in the meantime.
         """
         return read_answers(self.answers) if self.answers.exists() else []
 
     def items(self, participant: str) -> list[Item]:
-        """All that a participant is asked, in their order."""
+        """Returns all items of a participant, in their order."""
         shown = order_for(participant, self.pairs, self.seed)
         both = [(each, question) for each in shown for question in self.questions]
         return [Item(number, *one, self._token(participant, *one)) for number, one in enumerate(both)]
 
-    def following(self, participant: Any) -> Item | None:
-        """What a participant is asked next; None: they have answered everything.
+    def next_item(self, participant: Any) -> Item | None:
+        """Returns the next item of a participant; None if they have answered everything.
 
         Raises:
-            BadAnswer: The code is none.
-            BadInput: The CSV was damaged meanwhile.
+            BadAnswer: The code is invalid.
+            BadInput: The CSV was damaged in the meantime.
         """
-        return self._following(normalise_code(participant), self.given())
+        return self._next_item(normalise_code(participant), self.all_answers())
 
     def answer(self, participant: Any, token: Any, point: Any, seconds: Any) -> None:
-        """Write down an answer, at once.
+        """Stores an answer at once.
 
         Args:
-            participant: Their code.
-            token: Of the `Item` that is answered.
-            point: From 1, the left clip is much better, to 7, the right one is.
-            seconds: How long it took [s].
+            participant: Code of the participant.
+            token: Token of the `Item` that is answered.
+            point: Answer from 1, the left clip is much better, to 7, the right clip is much better.
+            seconds: Time that it took [s].
 
         Raises:
-            BadAnswer: A value that is none, or an item that is not the one that is asked now.
-            BadInput: The CSV was damaged meanwhile.
-            BadOutput: The CSV cannot be written; nothing was.
+            BadAnswer: A value is invalid, or the item is not the next one.
+            BadInput: The CSV was damaged in the meantime.
+            BadOutput: The CSV cannot be written; it is unchanged.
         """
         code = normalise_code(participant)
         if isinstance(point, bool) or not isinstance(point, int) or not 1 <= point <= POINTS:
@@ -135,9 +135,9 @@ class Study:
             raise BadAnswer("there is no such question in this study", repr(token)[:60], "load the page again")
         pair, a_left = item.shown.pair, item.shown.a_left
 
-        def allowed(answers: Sequence[Answer]) -> None:
+        def check_order(answers: Sequence[Answer]) -> None:
             self._check(answers)
-            if self._following(code, answers) != item:
+            if self._next_item(code, answers) != item:
                 got = f"number {item.number + 1}"
                 raise BadAnswer(
                     "this question is not asked now; it may be answered already", got, "load the page again"
@@ -156,10 +156,10 @@ class Study:
             seed=self.seed,
             clips=pair.contents,
         )
-        add_answer(self.answers, row, allowed)
+        add_answer(self.answers, row, check_order)
 
-    def _following(self, code: str, answers: Sequence[Answer]) -> Item | None:
-        done = {answer.asked for answer in answers}
+    def _next_item(self, code: str, answers: Sequence[Answer]) -> Item | None:
+        done = {answer.key for answer in answers}
         items = self.items(code)
         return next((item for item in items if (code, item.shown.pair.name, item.question) not in done), None)
 
@@ -168,7 +168,7 @@ class Study:
         return hmac.digest(self._secret, json.dumps(what).encode(), "sha256").hex()[:32]
 
     def _check(self, answers: Sequence[Answer]) -> None:
-        """Refuse answers that were given to other clips, to other questions or in another order."""
+        """Refuses answers about other clips or questions, or with another seed."""
         clips = {pair.name: pair.contents for pair in self.pairs}
         for answer in answers:
             reason = None

@@ -1,4 +1,4 @@
-"""What people answered, in numbers."""
+"""Statistics of the answers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,18 +12,18 @@ from .answers import NEUTRAL, POINTS, Answer
 
 @dataclass(frozen=True)
 class SummaryRow:
-    """Answers to one question, about one pair or all of them; below 4 A is better, above 4 B.
+    """Statistics of one question about one pair or all pairs; below 4 A is better, above 4 B.
 
     Args:
-        question: What was asked.
-        pair: The pair's name; None: all pairs together.
-        participants: How many answered.
-        counts: How often each of 1, 2, 3, 4, 5, 6, 7 was chosen.
-        mean: Of the participants' answers, 1 to 7; over all pairs, of each participant's mean.
-        deviation: Their standard deviation, of a sample; None: one participant.
-        t: The statistic of a one-sample t-test against 4, no preference; None: one participant, or all of one mind.
-        freedom: Its degrees of freedom.
-        p: Its two-sided p-value.
+        question: The question.
+        pair: Name of the pair; None: all pairs together.
+        participants: Number of participants who answered.
+        counts: Number of answers at each point from 1 to 7.
+        mean: Mean answer of the participants, 1 to 7; over all pairs, mean of the means of participants.
+        deviation: Sample standard deviation of the participants; None for one participant.
+        t: Statistic of a one-sample t-test against 4, no preference; None for one participant or equal answers.
+        freedom: Degrees of freedom of the test.
+        p: Two-sided p-value of the test.
     """
 
     question: str
@@ -38,29 +38,30 @@ class SummaryRow:
 
 
 def summarise(answers: Sequence[Answer]) -> list[SummaryRow]:
-    """Statistics by question: a row for each pair, then, where there are several, one for all.
+    """Returns statistics by question: a row for each pair, and one for all pairs where there are several.
 
-    A participant's answers are not independent of each other. So the row for all pairs tests the participants' means.
+    Answers of one participant are not independent of each other, so the row for all pairs tests the means of the
+    participants.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
     Section 4.8 and Table 3.
     Differs: the paper has no row for all scenarios.
 
     Args:
-        answers: In any order.
+        answers: Answers in any order.
 
     Raises:
-        BadInput: There are none.
+        BadInput: There are no answers.
     """
     if not answers:
         raise BadInput("there is nothing to summarise", "no answers", "ask somebody: 'hemline compare A B --blind'")
     rows = []
     for question in dict.fromkeys(answer.question for answer in answers):
-        asked = [answer for answer in answers if answer.question == question]
-        pairs = sorted({answer.pair for answer in asked})
-        rows += [_row(question, pair, [answer for answer in asked if answer.pair == pair]) for pair in pairs]
+        answers_to = [answer for answer in answers if answer.question == question]
+        pairs = sorted({answer.pair for answer in answers_to})
+        rows += [_row(question, pair, [answer for answer in answers_to if answer.pair == pair]) for pair in pairs]
         if len(pairs) > 1:
-            rows.append(_row(question, None, asked))
+            rows.append(_row(question, None, answers_to))
     return rows
 
 

@@ -1,4 +1,4 @@
-"""What arrives over a connection, up to a moment: a request that trickles in does not hold a thread for long."""
+"""Reads from a connection with a deadline, so that a slow request does not block a thread for long."""
 
 import io
 import socket
@@ -6,28 +6,28 @@ import time
 
 
 class TimedReads(io.RawIOBase):
-    """Reads from a socket until the time is up.
+    """Reads from a socket until a deadline.
 
     Args:
-        connection: The socket; its own limit of time is set by each read.
-        seconds: How long all reads together may take [s].
+        connection: The socket; each read sets its timeout.
+        seconds: Longest time of all reads together [s].
     """
 
     def __init__(self, connection: socket.socket, seconds: float):
         self._connection, self._ends = connection, time.monotonic() + seconds
 
     def readable(self) -> bool:
-        """Always."""
+        """Returns True."""
         return True
 
     def readinto(self, buffer) -> int:
-        """What has arrived, or comes next.
+        """Reads bytes that have arrived, or waits for the next ones.
 
         Args:
-            buffer: Where it is put.
+            buffer: Buffer for the bytes.
 
         Raises:
-            TimeoutError: The time is up.
+            TimeoutError: The deadline has passed.
         """
         left = self._ends - time.monotonic()
         if left <= 0:

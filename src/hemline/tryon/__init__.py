@@ -1,9 +1,9 @@
-"""Garments made on unknown bodies, put on ours."""
+"""Garments made on unknown bodies, tried on ours."""
 
 from .fitness import Fitness as Fitness
 from .fitness import fitness as fitness
-from .open_worn import open_worn as open_worn
+from .open_garment import open_garment as open_garment
 from .try_on import TryOn as TryOn
 from .try_on import try_on as try_on
 
-__all__ = ["Fitness", "TryOn", "fitness", "open_worn", "try_on"]
+__all__ = ["Fitness", "TryOn", "fitness", "open_garment", "try_on"]

@@ -1,4 +1,4 @@
-"""Where a garment that was made on an unknown body sits on ours: its place, its scale and the pose it was made for."""
+"""Aligns a garment that was made on an unknown body with ours: its place, its scale and the pose it was made for."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -8,7 +8,7 @@ import numpy as np
 
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.bodies import skin_points
-from hemline.garments.reading.up_axis import AXES, BETTER, stood_up
+from hemline.garments.reading.units import AXES, UP_GUESS_RATIO, to_y_up
 from hemline.motions.motion import JOINT_NAMES, PARENTS, Pose
 from hemline.motions.quaternions import from_axis_angle, inverse, multiply
 
@@ -19,38 +19,41 @@ from .skeleton import Skeleton
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-SAMPLES, BODY_SAMPLES = 400, 2500
-"""Vertices of the cloth and of the body that are looked at."""
+CLOTH_SAMPLES, BODY_SAMPLES = 400, 2500
+"""Number of vertices of the cloth and of the body that are sampled."""
 
 BOUNDS = ((-0.3, 0.3), (-0.15, 0.15), (-0.4, 0.4), (-0.9, 1.2), (-0.5, 0.5), (-0.9, 1.6), (-0.1, 0.4))
-"""Of what is sought: up, forward [m], logarithm of the scale, arms up, arms forward, elbows, legs apart [rad]."""
+"""Bounds of the variables: up, forward [m], logarithm of the scale, arms up, arms forward, elbows, legs apart [rad]."""
 
-ROUNDS, STARTS = 600, 3
-"""Placements tried from each start, and starts with either origin."""
+EVALUATIONS = 600
+"""Number of placements that are evaluated from each start."""
+
+STARTS = 3
+"""Number of starts with each origin."""
 
 SIZES = (-0.25, 0.0, 0.3)
 """Logarithms of the scale from which the search starts."""
 
-EASY = 0.05
-"""Logarithm of the scale from which on its cost no more grows with its square."""
+EASY_RESIZE = 0.05
+"""Logarithm of the scale above which its cost grows linearly instead of quadratically."""
 
-OFF_BODY = 0.2
+OFF_BODY_DISTANCE = 0.2
 """A garment farther than this from the body, with either origin, has its origin elsewhere [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """How a garment is laid on the body, and the body is posed, so that limbs go through its openings.
+    """Placement of a garment and pose of the body with which limbs go through its openings.
 
     Attributes:
-        vertices: The garment [m].
-        pose: The body's pose.
+        vertices: Positions of the garment [m].
+        pose: Pose of the body.
         up: The axis that points up in the garment's own world, y or z.
-        scale: Factor on the garment.
-        moved: Way of its centre, once y is up [m].
+        scale: Scale factor of the garment.
+        moved: Displacement of its centre, once y is up [m].
         angles: Arms up, arms forward, elbows bent, legs apart, from the rest pose [rad].
-        through: Names of body parts whose lines go through cloth; none where all is well.
-        empty: Number of openings that nothing goes through.
+        through: Names of body parts whose lines go through cloth; empty if the alignment is good.
+        empty: Number of openings that no limb goes through.
         rims: Number of openings.
     """
 
@@ -65,46 +68,46 @@ class Alignment:
     rims: int
 
 
-def aligned(
+def align(
     vertices: Vertices, faces: Faces, shaped: "ShapedBody", *, scaled: bool = True, up: str | None = None
 ) -> Alignment:
-    """Place, scale and pose that fit a garment and a body to each other.
+    """Finds the place, scale and pose that fit a garment and a body to each other.
 
-    Sought is the least of: cloth inside the body, cloth far from it, openings whose centre is far from a limb,
-    openings that no limb goes through, segments of the skeleton that go through cloth, and change of the pose, the
-    place and the scale. From a grid of places and poses the best go on by Powell's method.
+    The cost sums up cloth inside the body, cloth far from it, openings whose centre is far from a limb, openings that
+    no limb goes through, segments of the skeleton that go through cloth, and changes of pose, place and scale. The best
+    candidates of a grid of places and poses are refined by Powell's method.
 
     Args:
-        vertices: The garment, in metres; its origin at the pelvis or on the floor, or else anywhere.
+        vertices: Positions of the garment [m]; its origin is at the pelvis, on the floor, or anywhere.
         faces: Triangles.
         shaped: The body.
-        scaled: Whether the scale is sought too.
+        scaled: Whether the scale may change, too.
         up: The axis that points up, y or z; None: y, unless the grid has a much better place with z up.
     """
     sizes = SIZES if scaled else (0.0,)
     points, faces = np.asarray(vertices, np.float64), np.ascontiguousarray(faces)
     axes = (up,) if up else AXES
-    searches = [_Search(stood_up(points, axis), faces, shaped, sizes) for axis in axes]
-    chosen = int(searches[-1].least < BETTER * searches[0].least)
+    searches = [_Search(to_y_up(points, axis), faces, shaped, sizes) for axis in axes]
+    chosen = int(searches[-1].least < UP_GUESS_RATIO * searches[0].least)
     search = searches[chosen]
     bounds = [*BOUNDS]
     if not scaled:
         bounds[2] = (-1e-9, 1e-9)
-    found = [search.descended(start, lift, bounds) for lift, start in search.starts]
-    _, x, lift = min(found, key=lambda each: each[0])
-    # Powell's method goes along one direction at a time: once more without what it did to the scale
-    again = search.descended(np.where(np.arange(len(x)) == 2, 0.0, x), lift, bounds)
-    _, x, lift = min((again, *found), key=lambda each: each[0])
+    results = [search.minimise(start, lift, bounds) for lift, start in search.starts]
+    _, x, lift = min(results, key=lambda each: each[0])
+    # Powell's method moves along one direction at a time: try once more with the original scale
+    again = search.minimise(np.where(np.arange(len(x)) == 2, 0.0, x), lift, bounds)
+    _, x, lift = min((again, *results), key=lambda each: each[0])
     return search.result(x, lift, axes[chosen])
 
 
 class _Search:
-    """One garment and one body."""
+    """Search for the alignment of one garment and one body."""
 
     def __init__(self, vertices: Vertices, faces: Faces, shaped: "ShapedBody", sizes: tuple[float, ...]):
         self.vertices, self.faces, self.shaped, self.sizes = vertices, faces, shaped, sizes
         self.centre = vertices.mean(axis=0)
-        self.some = np.linspace(0, len(vertices) - 1, min(SAMPLES, len(vertices))).astype(int)
+        self.some = np.linspace(0, len(vertices) - 1, min(CLOTH_SAMPLES, len(vertices))).astype(int)
         self.skin = np.linspace(0, len(shaped.vertices) - 1, BODY_SAMPLES).astype(int)
         self.rims = rims_of(vertices, faces)
         self.body = lru_cache(maxsize=4096)(self._body)
@@ -112,19 +115,19 @@ class _Search:
         self.starts, self.least = self._starts()
 
     def _origins(self) -> list[np.ndarray]:
-        """Where the garment's origin may be: the pelvis, the floor; where both are far off, its middle, by its top."""
+        """Returns possible origins of the garment: the pelvis and the floor, or two by its top if both are far off."""
         shaped, joints = self.shaped, self.shaped.joints
         known = [np.zeros(3), np.array([0, float(shaped.vertices[:, 1].min()), 0])]
         points = self.vertices[self.some]
         tree = self.body(0.0, 0.0, 0.0, 0.0)[3]
-        if min(tree.query(points + origin)[0].min() for origin in known) < OFF_BODY:
+        if min(tree.query(points + origin)[0].min() for origin in known) < OFF_BODY_DISTANCE:
             return known
         middle = 0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0))
         tops = [float(joints[JOINT_NAMES.index(name)][1]) for name in ("neck", "spine2")]
         return [np.array([-middle[0], top - self.vertices[:, 1].max(), -middle[2]]) for top in tops]
 
     def _starts(self) -> tuple[list[tuple[int, np.ndarray]], float]:
-        """The best places and poses of a grid, far apart from each other, and the cost of the best."""
+        """Returns the best places and poses of a grid, far apart from each other, and the cost of the best."""
         grid = [
             (lift, np.array([up, 0, size, arms, 0, elbows, 0], np.float64))
             for lift in range(len(self.origins))
@@ -139,40 +142,40 @@ class _Search:
             alike = [place for other, place in picked if lift == other]
             if len(alike) < STARTS and all(np.abs(start - place).max() > 0.24 for place in alike):
                 picked.append((lift, start))
-        # a garment that is nowhere near with one of the origins is not sought there
+        # an origin with which the garment fits far worse is not searched
         least = self.cost(picked[0][1], picked[0][0])
         return [(lift, start) for lift, start in picked if self.cost(start, lift) < 2 * least + 1], least
 
-    def descended(self, start: np.ndarray, lift: int, bounds: list) -> tuple[float, np.ndarray, int]:
-        """The least cost on the way down from a start, where it is, and the origin."""
+    def minimise(self, start: np.ndarray, lift: int, bounds: list) -> tuple[float, np.ndarray, int]:
+        """Minimises the cost from a start; returns the least cost, its variables and the origin."""
         from scipy.optimize import minimize
 
-        options = {"maxfev": ROUNDS, "xtol": 1e-3, "ftol": 1e-4}
-        found = minimize(self.cost, start, (lift,), method="Powell", bounds=bounds, options=options)
-        return float(found.fun), np.asarray(found.x), lift
+        options = {"maxfev": EVALUATIONS, "xtol": 1e-3, "ftol": 1e-4}
+        results = minimize(self.cost, start, (lift,), method="Powell", bounds=bounds, options=options)
+        return float(results.fun), np.asarray(results.x), lift
 
     def cost(self, x: np.ndarray, lift: int) -> float:
-        """What is least where the garment fits, see `aligned`."""
-        placed = self.placed(x, lift)
+        """Returns the cost of a placement and a pose, see `align`."""
+        placed = self.place(x, lift)
         skeleton, height = self.heights(x, placed[self.some])
         inside = (np.clip(-height, 0, 0.08) ** 2).mean() / 0.02**2
         far = np.clip(height - 0.005, 0, 0.3).mean() / 0.05
-        changed = _reluctance(x[2]) + 0.04 * float((x[3:] ** 2).sum()) + 2 * float((x[:2] ** 2).sum())
+        changed = _resize_cost(x[2]) + 0.04 * float((x[3:] ** 2).sum()) + 2 * float((x[:2] ** 2).sum())
         rims = [rim.at(placed) for rim in self.rims]
         off = sum(
             min(d / (rim.radius + 0.05), 3.0) ** 2 for rim, d in zip(rims, _centres_off(rims, skeleton), strict=True)
         )
-        empty = sum(not rim.passed(skeleton) for rim in rims)
-        crossed = min(int(self.crossed(placed, skeleton).sum()), 20)
+        empty = sum(not rim.has_limb(skeleton) for rim in rims)
+        crossed = min(int(self.cloth_crossings(placed, skeleton).sum()), 20)
         return float(inside + 0.1 * far + changed + 2 * off / max(len(rims), 1) + 1.0 * empty + 0.3 * crossed)
 
-    def placed(self, x: np.ndarray, lift: int) -> Vertices:
-        """The garment, scaled about its centre and moved."""
-        way = self.origins[lift] + (0, x[0], x[1])
-        return np.exp(x[2]) * (self.vertices - self.centre) + self.centre + way
+    def place(self, x: np.ndarray, lift: int) -> Vertices:
+        """Returns the garment, scaled about its centre and moved [m]."""
+        displacement = self.origins[lift] + (0, x[0], x[1])
+        return np.exp(x[2]) * (self.vertices - self.centre) + self.centre + displacement
 
     def heights(self, x: np.ndarray, points: np.ndarray) -> tuple[Skeleton, np.ndarray]:
-        """The posed skeleton, and how far points are from the skin, about; negative inside."""
+        """Returns the posed skeleton, and the approximate height of points above the skin, negative inside [m]."""
         skeleton, skin, normals, tree = self.body(*(round(float(angle), 3) for angle in x[3:]))
         distance, nearest = tree.query(points)
         height = ((points - skin[nearest]) * normals[nearest]).sum(axis=1)
@@ -182,7 +185,7 @@ class _Search:
         from scipy.spatial import KDTree
 
         shaped, body = self.shaped, self.shaped.body
-        pose = posed_for(shaped, angles)
+        pose = pose_from_angles(shaped, angles)
         transforms, joints = shaped.transforms_of(pose.rotations[None], pose.translation[None])
         of = (body.weight_indices[self.skin], body.weights[self.skin])
         points = shaped.vertices[self.skin]
@@ -190,21 +193,23 @@ class _Search:
         raised = skin_points(transforms[0], *of, points + shaped.normals[self.skin])
         return Skeleton.of(joints[0]), skin, raised - skin, KDTree(skin)
 
-    def crossed(self, placed: Vertices, skeleton: Skeleton) -> Int[np.ndarray, " segments"]:
-        """How much cloth each inner segment goes through."""
+    def cloth_crossings(self, placed: Vertices, skeleton: Skeleton) -> Int[np.ndarray, " segments"]:
+        """Returns how often each inner segment goes through cloth."""
         count = np.empty(len(skeleton.inner), np.int64)
         crossings_of_segments(skeleton.points, skeleton.inner, placed, self.faces, count)
         return count
 
     def result(self, x: np.ndarray, lift: int, up: str) -> Alignment:
-        """The alignment at what was found."""
-        placed = self.placed(x, lift)
+        """Returns the alignment for given variables."""
+        placed = self.place(x, lift)
         skeleton, _ = self.heights(x, placed[self.some])
-        through = tuple(dict.fromkeys(skeleton.name(int(s)) for s in np.flatnonzero(self.crossed(placed, skeleton))))
-        empty = sum(not rim.at(placed).passed(skeleton) for rim in self.rims)
+        through = tuple(
+            dict.fromkeys(skeleton.name(int(s)) for s in np.flatnonzero(self.cloth_crossings(placed, skeleton)))
+        )
+        empty = sum(not rim.at(placed).has_limb(skeleton) for rim in self.rims)
         return Alignment(
             placed,
-            posed_for(self.shaped, tuple(x[3:])),
+            pose_from_angles(self.shaped, tuple(x[3:])),
             up,
             float(np.exp(x[2])),
             placed.mean(axis=0) - self.centre,
@@ -215,10 +220,10 @@ class _Search:
         )
 
 
-def _reluctance(logarithm: float) -> float:
-    """What a change of size costs: hardly anything at first, then in proportion."""
-    way = abs(logarithm)
-    return 40 * way**2 if way < EASY else 40 * EASY * (2 * way - EASY)
+def _resize_cost(logarithm: float) -> float:
+    """Returns the cost of a change of size: hardly anything at first, then proportional to it."""
+    size = abs(logarithm)
+    return 40 * size**2 if size < EASY_RESIZE else 40 * EASY_RESIZE * (2 * size - EASY_RESIZE)
 
 
 def _centres_off(rims: list[Rim], skeleton: Skeleton) -> np.ndarray:
@@ -226,8 +231,8 @@ def _centres_off(rims: list[Rim], skeleton: Skeleton) -> np.ndarray:
     return np.linalg.norm(centres - skeleton.nearest(centres), axis=1)
 
 
-def posed_for(shaped: "ShapedBody", angles: tuple[float, ...]) -> Pose:
-    """The rest pose with both arms turned up and forward, elbows bent and legs apart.
+def pose_from_angles(shaped: "ShapedBody", angles: tuple[float, ...]) -> Pose:
+    """Returns the rest pose with both arms turned up and forward, elbows bent and legs apart.
 
     Args:
         shaped: The body.
@@ -246,7 +251,7 @@ def posed_for(shaped: "ShapedBody", angles: tuple[float, ...]) -> Pose:
             "hip": np.array([0, 0, sign * apart]),
         }
         for name, turn in turns.items():
-            # turned about axes of the world at rest, so within the frame of its parent there
+            # the turn is about axes of the world at rest, so it is transformed to the frame of the parent
             parent = _global(before, PARENTS[numbers[name]])
             local = multiply(multiply(inverse(parent), from_axis_angle(turn)), parent)
             rotations[numbers[name]] = multiply(local, before[numbers[name]])

@@ -1,4 +1,4 @@
-"""Segments that go through triangles."""
+"""Compiled kernel that counts the triangles that segments go through."""
 
 from hemline.compiled import kernel
 from hemline.meshes.crossing_kernels import segment_crosses
@@ -6,9 +6,9 @@ from hemline.meshes.crossing_kernels import segment_crosses
 
 @kernel
 def crossings_of_segments(points, segments, x, faces, count_out):
-    """How many triangles each segment goes through, as `segment_crosses` says.
+    """Counts the triangles that each segment goes through, see `segment_crosses`.
 
-    # in:  points (points, 3), segments (segments, 2): their ends; x (verts, 3), faces (faces, 3)
+    # in:  points (points, 3) [m], segments (segments, 2): indices of their ends; x (verts, 3) [m], faces (faces, 3)
     # out: count_out (segments,)
     """
     count_out[:] = 0

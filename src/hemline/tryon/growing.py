@@ -1,4 +1,4 @@
-"""A garment around a thin body that grows, then turns to its rest pose: what pulls the cloth to where it is worn."""
+"""Grows a thin body inside a garment and turns it to its rest pose, which pulls the cloth into place."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.arrays import Vertices
-from hemline.bodies.lead_in import between
+from hemline.bodies.lead_in import interpolate_poses
 from hemline.garments.garment import Garment
 from hemline.meshes import ClosestTree, crossing_edges
-from hemline.sim import Scene, SimSettings, MovingSkin
-from hemline.sim.rest.sewing import sew, largest_stretch
+from hemline.sim import MovingSkin, SimSettings, StepScene
+from hemline.sim.rest.sewing import largest_stretch, sew
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState
@@ -23,31 +23,37 @@ if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
 
 GIRTHS = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.15, 0.1, 0.07)
-"""Shares of the body's girth that are tried until hardly any cloth is inside."""
+"""Fractions of the body's girth that are tried until hardly any cloth is inside."""
 
-FEW, SHALLOW = 0.005, 0.01
-"""Share of vertices that may be inside then, and how deep [m]."""
+INSIDE_FRACTION, INSIDE_DEPTH = 0.005, 0.01
+"""Largest fraction of vertices that may be inside the thin body, and their largest depth [m]."""
 
 SEAM_STEP = 1 / 1500
-"""Length of a step while seams close, short so that cloth does not jump over a thin limb [s]."""
+"""Time step while seams close, short so that cloth does not jump over a thin limb [s]."""
 
-FRAMES, GROWN, TURNING = 40, 0.7, 0.3
-"""Frames of growing and turning; share of them when the body is grown, and when it starts to turn."""
+FRAMES = 40
+"""Number of frames of growing and turning."""
 
-STILL_FRAMES, KEPT = 8, 0.7
-"""Frames at the end without a change of the body; share of the velocities that each step keeps."""
+GROWN_AT, TURNING_FROM = 0.7, 0.3
+"""Fractions of these frames at which the body is grown, and at which it starts to turn."""
+
+STILL_FRAMES = 8
+"""Number of frames at the end in which the body does not change."""
+
+DAMPING = 0.7
+"""Fraction of the velocities that each step keeps."""
 
 
 @dataclass(frozen=True, eq=False)
-class Grown:
-    """A garment after the body grew into it.
+class Growth:
+    """A garment after the body has grown inside it.
 
     Attributes:
-        vertices: On the body in its rest pose, without gravity [m].
-        girth: Share of its girth with which the body began.
-        stretched: Greatest stretch of an edge at the start, as a factor: seams that were open.
-        crossed_before: Edges that went through its cloth at the start.
-        crossed_after: Those at the end.
+        vertices: Positions on the body in its rest pose, without gravity [m].
+        girth: Fraction of its girth with which the body began.
+        stretched: Greatest stretch factor of an edge at the start, which shows open seams.
+        crossed_before: Number of edges that went through the cloth at the start.
+        crossed_after: Number of edges that go through the cloth at the end.
     """
 
     vertices: Vertices
@@ -57,15 +63,15 @@ class Grown:
     crossed_after: int
 
 
-def grown(
+def grow(
     garment: Garment, shaped: "ShapedBody", alignment: Alignment, progress: Callable[[int, int], None] | None = None
-) -> Grown:
-    """Let a body grow inside a garment and turn to its rest pose, without gravity.
+) -> Growth:
+    """Lets a body grow inside a garment and turn to its rest pose, without gravity.
 
     Args:
-        garment: Without pins, its vertices where the alignment put them.
+        garment: A garment without pins, its vertices where the alignment put them.
         shaped: The body.
-        alignment: The pose it starts in.
+        alignment: Alignment with the pose in which the body starts.
         progress: Called with frames done and frames in all.
 
     Raises:
@@ -82,50 +88,50 @@ def grown(
     turned = alignment.pose.hash != shaped.rest_pose.hash
     frames = FRAMES if girth < 1 or turned else 0
 
-    def posed(share: float) -> "PosedBody":
-        size = girth + (1 - girth) * min(1.0, share / GROWN)
-        turn = float(np.clip((share - TURNING) / (1 - TURNING), 0, 1))
-        return thin.at(size).posed(between(alignment.pose, shaped.rest_pose, turn))
+    def body_at(fraction: float) -> "PosedBody":
+        size = girth + (1 - girth) * min(1.0, fraction / GROWN_AT)
+        turn = float(np.clip((fraction - TURNING_FROM) / (1 - TURNING_FROM), 0, 1))
+        return thin.at(size).posed(interpolate_poses(alignment.pose, shaped.rest_pose, turn))
 
     for frame in range(frames + STILL_FRAMES):
         first, second = (min(1.0, (frame + end) / max(frames, 1)) for end in (0, 1))
-        state = _frame(dressed, state, lambda share, a=first, b=second: _scene(posed(a + share * (b - a))))
+        state = _frame(dressed, state, lambda fraction, a=first, b=second: _scene(body_at(a + fraction * (b - a))))
         if progress:
             progress(frame + 1, frames + STILL_FRAMES)
     cleaned = FrameEnd(garment, shaped).clean(shaped.posed(shaped.rest_pose), state.positions, 1.0)
     vertices = cleaned.positions
     after = len(crossing_edges(vertices.astype(np.float32), garment.faces))
-    return Grown(vertices, girth, stretched, crossed, after)
+    return Growth(vertices, girth, stretched, crossed, after)
 
 
 def _girth(thin: ThinBody, alignment: Alignment, positions: Vertices) -> float:
-    """The greatest girth that leaves room for the cloth where it is, but for a few vertices that contact pushes out."""
+    """Returns the greatest girth that leaves room for the cloth, except for a few vertices that contact pushes out."""
     for girth in GIRTHS:
         posed = thin.at(girth).posed(alignment.pose)
         height = ClosestTree(posed.vertices.astype(np.float64), posed.faces).signed_distances(positions)
-        if (height < 0).mean() < FEW and height.min() > -SHALLOW:
+        if (height < 0).mean() < INSIDE_FRACTION and height.min() > -INSIDE_DEPTH:
             break
     return girth
 
 
-def _scene(posed: "PosedBody") -> Scene:
-    return Scene(np.zeros((0, 3)), MovingSkin(posed.vertices, posed.normals))
+def _scene(posed: "PosedBody") -> StepScene:
+    return StepScene(np.zeros((0, 3)), MovingSkin(posed.vertices, posed.normals))
 
 
-def _frame(dressed: DressedBody, state: ClothState, scene_at: Callable[[float], Scene]) -> ClothState:
-    """Two steps of a sixtieth of a second; all motion is damped."""
-    known: dict[float, Scene] = {}
+def _frame(dressed: DressedBody, state: ClothState, scene_at: Callable[[float], StepScene]) -> ClothState:
+    """Advances the cloth by two steps of a sixtieth of a second; all motion is damped."""
+    known: dict[float, StepScene] = {}
 
-    def scene(share: float) -> Scene:
-        if share not in known:
-            known[share] = scene_at(share)
-        return known[share]
+    def scene(fraction: float) -> StepScene:
+        if fraction not in known:
+            known[fraction] = scene_at(fraction)
+        return known[fraction]
 
     for step in range(2):
-        state, _ = dressed.stepper.advance(state, 1 / 60, lambda share, step=step: scene((step + share) / 2))
-        state = _slowed(state, KEPT)
+        state, _ = dressed.stepper.advance(state, 1 / 60, lambda fraction, step=step: scene((step + fraction) / 2))
+        state = _damp(state, DAMPING)
     return state
 
 
-def _slowed(state: ClothState, kept: float) -> ClothState:
-    return replace(state, velocities=kept * state.velocities, change=np.zeros_like(state.change))
+def _damp(state: ClothState, damping: float) -> ClothState:
+    return replace(state, velocities=damping * state.velocities, change=np.zeros_like(state.change))

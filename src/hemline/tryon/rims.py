@@ -1,4 +1,4 @@
-"""Openings of a garment, and whether limbs go through them."""
+"""Openings of a garment, which are rims of its mesh, and the limbs that go through them."""
 
 from dataclasses import dataclass, field
 
@@ -10,13 +10,13 @@ from hemline.meshes import boundary_loops, components
 from .crossing_segment_kernels import crossings_of_segments
 from .skeleton import Skeleton
 
-SMALLEST = 0.12
+SHORTEST_RIM = 0.12
 """Rims that are shorter are holes, not openings [m]."""
 
 
 def rims_of(vertices: Vertices, faces: Faces) -> list["Rim"]:
-    """The openings of a garment; the one rim of a sheet, such as a cape's, is none."""
-    rims = [rim for loop in boundary_loops(faces) if (rim := Rim.of(loop, vertices)).length >= SMALLEST]
+    """Returns the openings of a garment; the only rim of a sheet, such as a cape, is not an opening."""
+    rims = [rim for loop in boundary_loops(faces) if (rim := Rim.of(loop, vertices)).length >= SHORTEST_RIM]
     part = components(faces, len(vertices))
     owner = [int(part[rim.loop[0]]) for rim in rims]
     return [rim for rim, each in zip(rims, owner, strict=True) if owner.count(each) > 1]
@@ -27,37 +27,41 @@ class Rim:
     """An opening of the garment."""
 
     loop: np.ndarray
-    shares: np.ndarray
-    """Of each vertex in the length of the rim."""
+    """Vertices of the rim, in order."""
+    fractions: np.ndarray
+    """Fraction of the length of the rim at each vertex."""
     length: float
-    """Of the rim [m]."""
+    """Length of the rim [m]."""
     points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
-    """The rim and its centre, once placed."""
+    """Positions of the rim, and its centre, once it is placed [m]."""
     radius: float = 0.0
+    """Mean distance of the rim from its centre, once it is placed [m]."""
 
     @classmethod
     def of(cls, loop: np.ndarray, vertices: Vertices) -> "Rim":
+        """Makes the opening of a rim of a mesh."""
         length = np.linalg.norm(vertices[loop] - vertices[np.roll(loop, -1)], axis=1)
-        share = length + np.roll(length, 1)
-        return cls(loop, share / share.sum(), float(length.sum()))
+        fractions = length + np.roll(length, 1)
+        return cls(loop, fractions / fractions.sum(), float(length.sum()))
 
     def at(self, placed: Vertices) -> "Rim":
+        """Returns the opening for other positions of the mesh [m]."""
         points = placed[self.loop]
-        centre = self.shares @ points
+        centre = self.fractions @ points
         return Rim(
             self.loop,
-            self.shares,
+            self.fractions,
             self.length,
             np.concatenate([points, centre[None]]),
-            float(self.shares @ np.linalg.norm(points - centre, axis=1)),
+            float(self.fractions @ np.linalg.norm(points - centre, axis=1)),
         )
 
-    def passed(self, skeleton: Skeleton) -> bool:
-        """Whether a limb goes through it."""
+    def has_limb(self, skeleton: Skeleton) -> bool:
+        """Whether a limb goes through the opening."""
         return bool(self.crossings(skeleton).any())
 
     def crossings(self, skeleton: Skeleton) -> Int[np.ndarray, " limbs"]:
-        """How often each limb goes through the fan of triangles around its centre."""
+        """Returns how often each limb goes through the fan of triangles around the centre."""
         count, order = np.empty(len(skeleton.limbs), np.int64), np.arange(len(self.loop))
         fan = np.stack([order, np.roll(order, -1), np.full(len(order), len(order))], axis=1)
         crossings_of_segments(skeleton.points, skeleton.limbs, self.points, fan, count)

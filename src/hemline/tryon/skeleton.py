@@ -1,4 +1,4 @@
-"""The body as lines: what has to pass through a garment's openings and never through its cloth."""
+"""The body as lines, which must go through a garment's openings and never through its cloth."""
 
 from dataclasses import dataclass
 
@@ -35,9 +35,9 @@ class Skeleton:
     """Segments inside a posed body.
 
     Attributes:
-        points: The joints; behind them the crown of the head, finger tips and heels [m].
-        limbs: Segments that openings go around: bones, and from the last joints to those tips.
-        inner: Segments inside the body: limbs, and braces from neck to shoulders, from collars to hips, across.
+        points: Positions of the joints, followed by the crown of the head, finger tips and heels [m].
+        limbs: Segments that openings go around: bones, and lines from the last joints to these tips.
+        inner: Segments inside the body: limbs, and braces from neck to shoulders, from collars to hips and across.
     """
 
     points: Float[np.ndarray, "points 3"]
@@ -46,34 +46,36 @@ class Skeleton:
 
     @classmethod
     def of(cls, joints: Joints) -> "Skeleton":
-        """The skeleton of a body whose joints are there."""
+        """Makes the skeleton of a body from its joints [m]."""
         at = np.asarray(joints, np.float64)
         points, limbs = [at, at[[_number("head")]] + (0, _HEAD, 0)], [*_bones(), (_number("head"), len(at))]
-        for end, before, share in _TIPS:
+        for end, before, fraction in _TIPS:
             for side in ("left", "right"):
                 last, previous = _number(f"{side}_{end}"), _number(f"{side}_{before}")
                 limbs.append((last, sum(len(each) for each in points)))
-                points.append(at[[last]] + share * (at[[last]] - at[[previous]]))
+                points.append(at[[last]] + fraction * (at[[last]] - at[[previous]]))
         return cls(np.concatenate(points), np.array(limbs), np.array([*limbs, *_braces()]))
 
     def name(self, segment: int) -> str:
-        """What an inner segment is called: the joint where it begins."""
+        """Returns the name of an inner segment: the joint where it begins."""
         return JOINT_NAMES[int(self.inner[segment, 0])]
 
-    def way(self, end: str) -> Int[np.ndarray, " limbs"]:
-        """1 for each limb between the pelvis and an end: `crown`, `left_hand` (its finger tips), or a joint."""
+    def path(self, end: str) -> Int[np.ndarray, " limbs"]:
+        """Returns 1 for each limb between the pelvis and an end: `crown`, `left_hand` (its finger tips), or a joint."""
         tips = {"crown": 0, "left_hand": 1, "right_hand": 2}
         point = len(JOINT_NAMES) + tips[end] if end in tips else _number(end)
-        on_way = np.zeros(len(self.limbs), np.int64)
+        on_path = np.zeros(len(self.limbs), np.int64)
         while point != _number("pelvis"):
             limb = int(np.flatnonzero(self.limbs[:, 1] == point)[0])
-            on_way[limb], point = 1, int(self.limbs[limb, 0])
-        return on_way
+            on_path[limb], point = 1, int(self.limbs[limb, 0])
+        return on_path
 
     def nearest(self, points: Float[np.ndarray, "queries 3"]) -> Float[np.ndarray, "queries 3"]:
-        """The point of the limbs that is nearest to each point [m]."""
-        start, way = self.points[self.limbs[:, 0]], self.points[self.limbs[:, 1]] - self.points[self.limbs[:, 0]]
+        """Returns the nearest point of the limbs for each point [m]."""
+        start, end = self.points[self.limbs[:, 0]], self.points[self.limbs[:, 1]]
+        directions = end - start
         queries = np.asarray(points, np.float64)[:, None]
-        share = np.clip(((queries - start) * way).sum(axis=2) / np.maximum((way * way).sum(axis=1), 1e-12), 0, 1)
-        on = start + share[:, :, None] * way
+        squares = np.maximum((directions * directions).sum(axis=1), 1e-12)
+        fraction = np.clip(((queries - start) * directions).sum(axis=2) / squares, 0, 1)
+        on = start + fraction[:, :, None] * directions
         return on[np.arange(len(on)), np.linalg.norm(queries - on, axis=2).argmin(axis=1)]

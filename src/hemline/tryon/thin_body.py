@@ -1,4 +1,4 @@
-"""A body made thin: its skin drawn in to its bones, so that a garment can be put around it before it grows."""
+"""Thin bodies, whose skin is drawn in to the bones, so that a garment fits around them before they grow."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -12,14 +12,14 @@ from hemline.motions.motion import JOINT_NAMES
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-_CROWN = 0.1
-"""Where the head's bone ends above its joint [m]."""
+_CROWN_HEIGHT = 0.1
+"""Height of the end of the head's bone above its joint [m]."""
 
 
 class ThinBody:
     """A body at rest that can be made thin.
 
-    Each vertex goes towards its nearest points on the bones of the joints that move it, by their skin weights.
+    Each vertex moves towards its nearest points on the bones of the joints that move it, by their skin weights.
 
     Args:
         shaped: The body.
@@ -29,11 +29,11 @@ class ThinBody:
         self.shaped = shaped
         self.axis = _axis(shaped)
 
-    def at(self, share: float) -> "ShapedBody":
-        """The body with that share of its girth, 1 for all of it."""
-        if share >= 1:
+    def at(self, fraction: float) -> "ShapedBody":
+        """Returns the body with a fraction of its girth; 1 is the full body."""
+        if fraction >= 1:
             return self.shaped
-        vertices = (self.axis + share * (self.shaped.vertices - self.axis)).astype(np.float32)
+        vertices = (self.axis + fraction * (self.shaped.vertices - self.axis)).astype(np.float32)
         normals = np.empty_like(vertices)
         area_normals(vertices, self.shaped.body.faces, normals)
         return replace(self.shaped, vertices=vertices, normals=normals)
@@ -46,7 +46,7 @@ def _axis(shaped: "ShapedBody") -> Vertices:
     for joint in range(len(joints)):
         ends = [joints[child] for child in np.flatnonzero(body.parents == joint)] or [joints[joint]]
         if JOINT_NAMES[joint] == "head":
-            ends = [joints[joint] + (0, _CROWN, 0)]
+            ends = [joints[joint] + (0, _CROWN_HEIGHT, 0)]
         on = np.stack([_on_segment(points, joints[joint], end) for end in ends])
         nearest = np.linalg.norm(on - points, axis=2).argmin(axis=0)
         near[joint] = on[nearest, np.arange(len(points))]
@@ -55,6 +55,6 @@ def _axis(shaped: "ShapedBody") -> Vertices:
 
 
 def _on_segment(points: Vertices, start: np.ndarray, end: np.ndarray) -> Vertices:
-    way = end - start
-    share = np.clip((points - start) @ way / max(float(way @ way), 1e-12), 0, 1)
-    return start + share[:, None] * way
+    direction = end - start
+    fraction = np.clip((points - start) @ direction / max(float(direction @ direction), 1e-12), 0, 1)
+    return start + fraction[:, None] * direction

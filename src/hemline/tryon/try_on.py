@@ -1,4 +1,4 @@
-"""A garment of unknown origin, put on a body: read, placed, posed for, grown into, settled, judged."""
+"""Puts a garment of unknown origin on a body, step by step: align, grow the body into it, settle, judge."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -11,53 +11,57 @@ from hemline.errors import BadGarment, OffBody, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.garments.material import Material
 from hemline.garments.pin_rules import NO_PINS
-from hemline.garments.reading.assembly import Cloth, assembled, body_made_on
-from hemline.garments.reading.garment_toml import GarmentFile, read_garment_toml
-from hemline.garments.reading.read import cloth_of, read
-from hemline.garments.reading.up_axis import TURNED
-from hemline.garments.shipped import open_garment
+from hemline.garments.reading.assembly import assemble, body_made_on
+from hemline.garments.reading.cloth import GarmentCloth
+from hemline.garments.reading.garment_toml import GarmentFile
+from hemline.garments.reading.read import read_source
+from hemline.garments.reading.source import GarmentSource
+from hemline.garments.reading.units import Z_UP_NOTE
+from hemline.garments.shipped import is_name, load
 from hemline.motions.motion import JOINT_NAMES
 
-from .alignment import Alignment, aligned
+from .alignment import Alignment, align
 from .fitness import Fitness, fitness
-from .growing import Grown, grown
+from .growing import Growth, grow
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-SCALED = 0.02
-"""Change of size that is taken seriously; below it the garment keeps its own."""
+LEAST_RESIZE = 0.02
+"""Relative change of size below which a garment keeps its own size."""
 
-MANY, COST = 30_000, 0.008
-"""Vertices from which on the cost is said before; time for each of them, about [s]."""
+MANY_VERTICES = 30_000
+"""Number of vertices above which the expected time is announced."""
 
-ON_SHOULDERS = 0.06
-"""Cloth that is so near to the line from neck to shoulder lies on it [m]."""
+SECONDS_A_VERTEX = 0.008
+"""Time that a try-on takes for each vertex, about [s]."""
 
+SHOULDER_DISTANCE = 0.06
+"""Cloth nearer than this to the middle of a shoulder rests on it [m]."""
 
 _CURE = "place it on the body at rest (y up, facing +z), or check its unit"
 
 
 @dataclass(frozen=True, eq=False)
 class TryOn:
-    """What came of trying a garment on.
+    """The outcome of a try-on.
 
     Attributes:
-        garment: On the body, with what was done to it in its notes. On the shape that it was made on, if that is
-            another: dressing it on this one is left to what simulates it.
-        fitness: How it is worn once settled, and the reason where it is not.
-        alignment: Where it was laid, and for which pose of the body; None: where it lies is part of its file.
-        grown: How the body grew into it; None as well then.
+        garment: The garment on the body; its notes say what was done to it. If it was made on another shape of the
+            body, it stays on that shape: what simulates it dresses it.
+        fitness: How the garment fits once settled, and why it cannot be worn, if so.
+        alignment: Where the garment was put, and for which pose of the body; None if its file says where it lies.
+        growth: How the body grew into the garment; None if its file says where it lies.
     """
 
     garment: Garment
     fitness: Fitness
     alignment: Alignment | None = None
-    grown: Grown | None = None
+    growth: Growth | None = None
 
 
 def try_on(
-    path: str | Path,
+    name_or_path: str | Path,
     shaped: "ShapedBody",
     *,
     unit: str | None = None,
@@ -65,15 +69,16 @@ def try_on(
     say: Callable[[str], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> TryOn:
-    """Put a garment that was made on an unknown body onto this one.
+    """Puts a garment that was made on an unknown body onto this one.
 
-    The body's skeleton, its pose and the garment's place and size are sought so that limbs go through openings
-    (`alignment`); the body, made thin, then grows inside the cloth and turns to its rest pose (`growing`); the cloth
-    keeps the rest metric of its own mesh or pattern. At last it settles under gravity (`fitness`). Clothes of MakeHuman
-    (`.mhclo`) and hemline's own lie where their bindings or pins say, and are only settled and judged.
+    The place and size of the garment and the pose of the body are sought for which limbs go through the openings
+    (`alignment`). The body, made thin, then grows inside the cloth and turns to its rest pose (`growing`); the cloth
+    keeps the rest metric of its own mesh or pattern. Finally the garment settles under gravity and is judged
+    (`fitness`). Clothes of MakeHuman (`.mhclo`) and hemline's own garments lie where their bindings or pins say, and
+    are only settled and judged. To get just the garment, use `open_garment`.
 
     Args:
-        path: A mesh, a TOML that names one, a `.mhclo`, or a garment of hemline's own, by name or file.
+        name_or_path: A mesh, a TOML that names one, a `.mhclo`, or a garment of hemline's own, by name or file.
         shaped: The body.
         unit: Unit of the mesh; None: as the TOML says, or guessed.
         scaled: Whether its size may change by up to 40 % when it was plainly made for a body of another size.
@@ -81,97 +86,109 @@ def try_on(
         progress: Called with frames done and frames in all.
 
     Returns:
-        The garment and how it is worn; `fitness.reason` says why it is not.
+        The garment and how it fits; `fitness.reason` says why it cannot be worn, if so.
 
     Raises:
-        BadGarment: Unit, material or pins contradict each other, or it could not be put around the body at all.
+        BadGarment: Unit, material or pins contradict each other, or the garment cannot be put around the body at all.
         BadMesh: The mesh cannot be read, or no cloth can be made of it.
     """
-    path = Path(path)
-    if path.suffix.lower() in ("", ".safetensors"):
-        if unit is not None:
-            raise BadGarment(f"{path} is in metres", f"unit '{unit}'", "leave out the unit")
-        garment = open_garment(path, shaped, dressed=False)
+    named = is_name(name_or_path)
+    if unit is not None and (named or Path(name_or_path).suffix.lower() == ".safetensors"):
+        raise BadGarment(f"{name_or_path} is in metres", f"unit '{unit}'", "leave out the unit")
+    if named:
+        garment = load(str(name_or_path), shaped, dressed=False)
         return TryOn(garment, fitness(garment, shaped))
-    said = read_garment_toml(path) if path.suffix == ".toml" else GarmentFile(mesh=path.name)
-    if Path(said.mesh).suffix.lower() == ".mhclo":
-        garment = read(path, shaped, unit)
+    return try_on_source(GarmentSource.open(name_or_path, unit), shaped, scaled=scaled, say=say, progress=progress)
+
+
+def try_on_source(
+    source: GarmentSource,
+    shaped: "ShapedBody",
+    *,
+    scaled: bool = True,
+    say: Callable[[str], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> TryOn:
+    """Puts the garment of a file that was opened onto a body, see `try_on`."""
+    if source.kind != "mesh":
+        garment = read_source(source, shaped, dressed=False)
         return TryOn(garment, fitness(garment, shaped))
-    made_on, notes = body_made_on(said, shaped, path)
-    cloth = cloth_of(path, said, unit or said.unit)
-    if say and len(cloth.vertices) > MANY:
-        minutes = max(1, round(len(cloth.vertices) * COST / 60))
+    description = source.description
+    made_on, body_notes = body_made_on(description, shaped, source.path)
+    cloth = source.cloth
+    if say and len(cloth.vertices) > MANY_VERTICES:
+        minutes = max(1, round(len(cloth.vertices) * SECONDS_A_VERTEX / 60))
         say(f"{cloth.name} has {len(cloth.vertices)} vertices: this takes {minutes} minutes or more")
-    alignment = aligned(cloth.vertices, cloth.faces, made_on, scaled=scaled, up=said.up)
-    loose = around(cloth, said, made_on, alignment)
+    alignment = align(cloth.vertices, cloth.faces, made_on, scaled=scaled, up=description.up)
+    loose = loose_garment(cloth, description, made_on, alignment)
     try:
-        result = grown(loose, made_on, alignment, progress)
+        growth = grow(loose, made_on, alignment, progress)
     except SimulationFailed as failure:
         what = f"{cloth.name} must fit around the body"
         raise BadGarment(what, failure, _CURE) from failure
-    on_body = Cloth(
-        cloth.name,
-        result.vertices,
-        loose.faces,
-        loose.rest_edges,
-        cloth.from_pattern,
-        notes + cloth.notes + _said(alignment, result, guessed=said.up is None),
-    )
-    if said.pins is None and on_shoulders(result.vertices, made_on):
-        said = replace(said, pins="none")
-        on_body = replace(on_body, notes=(*on_body.notes, "pins: none, as the shoulders carry it"))
-    try:
-        garment = assembled(on_body, said, made_on)
-    except OffBody as still:
-        raise BadGarment(f"once tried on, {still.what}", still.got, _CURE) from still
-    return TryOn(garment, fitness(garment, shaped), alignment, result)
+    notes = body_notes + cloth.notes + _describe_steps(alignment, growth, up_guessed=description.up is None)
+    if description.pins is None and rests_on_shoulders(growth.vertices, made_on):
+        description = replace(description, pins="none")
+        notes += ("pins: none, as the shoulders carry it",)
+    on_body = replace(cloth, vertices=growth.vertices, faces=loose.faces, rest_edges=loose.rest_edges, notes=notes)
+    garment = assemble(on_body, description, made_on)
+    if isinstance(garment, OffBody):
+        raise BadGarment(f"once tried on, {garment.what}", garment.got, _CURE)
+    return TryOn(garment, fitness(garment, shaped), alignment, growth)
 
 
-def around(cloth: Cloth, said: GarmentFile, shaped: "ShapedBody", alignment: Alignment) -> Garment:
-    """The garment where it was laid, its rest metric scaled, without pins."""
-    scale = alignment.scale if abs(alignment.scale - 1) > SCALED else 1.0
+def loose_garment(cloth: GarmentCloth, description: GarmentFile, shaped: "ShapedBody", alignment: Alignment) -> Garment:
+    """Makes a garment without pins of cloth where the alignment puts it, its rest metric scaled.
+
+    Args:
+        cloth: The mesh.
+        description: Material, and whether the cloth is flat at rest.
+        shaped: The body.
+        alignment: Place and scale of the garment.
+    """
+    scale = alignment.scale if abs(alignment.scale - 1) > LEAST_RESIZE else 1.0
     return Garment(
         name=cloth.name,
         vertices=alignment.vertices.astype(np.float32),
         faces=cloth.faces,
         rest_edges=scale * cloth.rest_edges,
-        material=Material.of(said.material if said.material is not None else "cotton"),
+        material=Material.of(description.material if description.material is not None else "cotton"),
         pins=NO_PINS,
         key_joint="pelvis",
         body_name=shaped.body.name,
         body_betas=np.array(shaped.betas, np.float32),
-        flat_rest=cloth.from_pattern if said.flat_rest is None else said.flat_rest,
+        flat_rest=cloth.from_pattern if description.flat_rest is None else description.flat_rest,
     )
 
 
-def on_shoulders(vertices: np.ndarray, shaped: "ShapedBody") -> bool:
+def rests_on_shoulders(vertices: np.ndarray, shaped: "ShapedBody") -> bool:
     """Whether cloth lies on both shoulders, between neck and arm."""
     for side in ("left", "right"):
         neck, shoulder = (shaped.joints[JOINT_NAMES.index(each)] for each in ("neck", f"{side}_shoulder"))
         middle = 0.3 * neck + 0.7 * shoulder
-        tall = shaped.vertices[np.linalg.norm(shaped.vertices[:, [0, 2]] - middle[[0, 2]], axis=1) < 0.03]
-        top = np.array([middle[0], tall[tall[:, 1] < neck[1] + 0.1][:, 1].max(), middle[2]])
-        if np.linalg.norm(vertices - top, axis=1).min() > ON_SHOULDERS:
+        above = shaped.vertices[np.linalg.norm(shaped.vertices[:, [0, 2]] - middle[[0, 2]], axis=1) < 0.03]
+        top = np.array([middle[0], above[above[:, 1] < neck[1] + 0.1][:, 1].max(), middle[2]])
+        if np.linalg.norm(vertices - top, axis=1).min() > SHOULDER_DISTANCE:
             return False
     return True
 
 
-def _said(alignment: Alignment, result: Grown, *, guessed: bool) -> tuple[str, ...]:
-    """What was done, in words; the axis up only where it was guessed."""
+def _describe_steps(alignment: Alignment, growth: Growth, *, up_guessed: bool) -> tuple[str, ...]:
+    """Says what was done to the garment; the up axis only if it was guessed."""
     up, forward, bend, apart = np.degrees(alignment.angles)
-    notes = [TURNED] if guessed and alignment.up == "z" else []
+    notes = [Z_UP_NOTE] if up_guessed and alignment.up == "z" else []
     notes += [f"place: moved by ({', '.join(f'{value:.2f}' for value in alignment.moved)}) m"]
-    if abs(alignment.scale - 1) > SCALED:
+    if abs(alignment.scale - 1) > LEAST_RESIZE:
         notes.append(f"size: {100 * (alignment.scale - 1):+.0f} %, cloth and all, as it was made for another body")
     if max(abs(up), abs(forward), abs(bend), abs(apart)) > 5:
         notes.append(
             f"pose: put on with arms turned up by {up:.0f} and forward by {forward:.0f} degrees, elbows by {bend:.0f}, "
             f"legs apart by {apart:.0f}, then turned to the rest pose"
         )
-    if result.girth < 1:
-        notes.append(f"body: grown from {100 * result.girth:.0f} % of its girth inside the garment")
-    if result.stretched > 1.5:
-        notes.append(f"seams: closed, some edges were {result.stretched:.0f} times too long")
+    if growth.girth < 1:
+        notes.append(f"body: grown from {100 * growth.girth:.0f} % of its girth inside the garment")
+    if growth.stretched > 1.5:
+        notes.append(f"seams: closed, some edges were {growth.stretched:.0f} times too long")
     if alignment.empty:
         notes.append(f"openings: {alignment.empty} of {alignment.rims} had no limb to go through them")
     return tuple(notes)

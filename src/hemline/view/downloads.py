@@ -1,4 +1,4 @@
-"""What is seen, as files: frames that are kept, through the exporters."""
+"""Downloads of the page: stored frames, written by the exporters."""
 
 import tempfile
 from pathlib import Path
@@ -9,18 +9,18 @@ from hemline.playback import record
 from .stage import Stage
 
 ENDINGS = ("glb", "webp")
-"""Kinds of files that the page offers, each of which is one file."""
+"""Formats that the page offers; each is a single file."""
 
 
 def clip_of(stage: Stage) -> export.Clip:
-    """The frames that a stage keeps, in their order, finished.
+    """Returns the stored frames of a stage, in their order, as a clip.
 
     Args:
-        stage: What is played.
+        stage: The stage.
     """
     garment = stage.source.garment
     return record(
-        (stage.kept(index) for index in stage.known),
+        (stage.stored_frame(index) for index in stage.stored_frames),
         garment_name=garment.name,
         garment_faces=garment.faces,
         motion=stage.source.motion,
@@ -29,10 +29,10 @@ def clip_of(stage: Stage) -> export.Clip:
 
 
 def file_of(clip: export.Clip, ending: str) -> bytes:
-    """The bytes of a file.
+    """Returns the bytes of a file.
 
     Args:
-        clip: Frames.
+        clip: The frames.
         ending: One of `ENDINGS`.
     """
     with tempfile.TemporaryDirectory() as folder:

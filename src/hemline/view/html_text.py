@@ -1,7 +1,7 @@
-"""What the page says, as HTML: whatever a name or an error holds, the browser shows it as text.
+"""Text of the page as HTML: whatever a name or an error contains, the browser shows it as text.
 
-All text of the page goes through here. viser's Markdown is not used: it reads the files that a text names, and takes
-parts of a text for a program.
+All text of the page goes through here. viser's Markdown is not used, since it reads the files that a text names and
+runs parts of a text as a program.
 """
 
 from collections.abc import Iterable, Sequence
@@ -10,27 +10,27 @@ from html import escape
 from hemline.errors import HemlineError
 
 LONGEST_ERROR = 600
-"""How many letters of an error are told."""
+"""Longest text of an error [characters]."""
 _PLAIN = "padding:0 0.9em 0.7em;font-size:0.875em;line-height:1.5;overflow-wrap:anywhere"
 
 
 def one_line(error: BaseException | None) -> str:
-    """What went wrong, in a line that can be printed, of at most 600 letters.
+    """Returns an error as one printable line of at most 600 characters.
 
     Args:
-        error: Any error; those of hemline say for themselves what to do.
+        error: Any error; those of hemline already name a cure.
     """
-    said = str(error) if isinstance(error, HemlineError) else f"something failed; got {type(error).__name__}: {error}"
-    return "".join(letter if letter.isprintable() else " " for letter in said[:LONGEST_ERROR])
+    text = str(error) if isinstance(error, HemlineError) else f"something failed; got {type(error).__name__}: {error}"
+    return "".join(letter if letter.isprintable() else " " for letter in text[:LONGEST_ERROR])
 
 
 def lines(rows: Iterable[str], *, first_bold: bool = False, trouble: str = "") -> str:
-    """Lines of text, one below the other.
+    """Returns lines of text, one below the other.
 
     Args:
-        rows: Plain text.
-        first_bold: Whether the first one stands out.
-        trouble: What went wrong, in red above them; empty: nothing.
+        rows: The lines, plain text.
+        first_bold: Whether the first line is bold.
+        trouble: An error, shown in red above the lines; empty: none.
     """
     safe = [escape(row) for row in rows]
     if first_bold and safe:
@@ -40,10 +40,10 @@ def lines(rows: Iterable[str], *, first_bold: bool = False, trouble: str = "") -
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table; all columns but the first are numbers.
+    """Returns a table; all columns but the first are numbers.
 
     Args:
-        heads: What stands above the columns.
+        heads: Headings of the columns.
         rows: The cells, plain text.
     """
     body = "".join(_row("td", row) for row in rows)
@@ -51,11 +51,11 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def legend(rows: Iterable[tuple[tuple[int, int, int], str]], note: str = "") -> str:
-    """Colours, each with what it stands for.
+    """Returns a legend of colours.
 
     Args:
-        rows: sRGB from 0 to 255, and plain text.
-        note: What is said in place of the colours; empty: the colours are shown.
+        rows: Colours, sRGB from 0 to 255, each with its meaning as plain text.
+        note: A text shown instead of the colours; empty: the colours are shown.
     """
     chips = escape(note) if note else "".join(_chip(*row) for row in rows)
     return f'<div style="padding:0 1em;font-size:0.85em">{chips}</div>'

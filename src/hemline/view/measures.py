@@ -1,4 +1,4 @@
-"""What the page tells of a frame: stretch and error of triangles, vertices inside the body, the worst frames."""
+"""Measures of a frame: stretch and error of triangles, vertices inside the body, and the worst frames of a clip."""
 
 from dataclasses import dataclass
 
@@ -12,67 +12,70 @@ from hemline.metrics import vertex_errors_mm
 from hemline.playback import Frame
 
 STAGES = ("finished", "before the projection", "the animator's own")
-"""What can be shown of a frame."""
+"""Stages of a frame that can be shown."""
 WORST_COUNT = 5
-"""Frames that are listed for each measure."""
+"""Number of frames that are listed for each measure."""
 
 
-def cloth_of(frame: Frame, shown: str) -> Vertices:
-    """The garment of a frame: finished, or what an earlier stage made of it [m].
+def cloth_of(frame: Frame, stage: str) -> Vertices:
+    """Returns the garment of a frame, finished or at an earlier stage (verts, 3) [m].
 
     Args:
         frame: A frame.
-        shown: One of `STAGES`.
+        stage: One of `STAGE_DIVISORS`.
     """
-    return (frame.vertices, frame.held, frame.animated)[STAGES.index(shown)]
+    return (frame.vertices, frame.before_projection, frame.animated)[STAGES.index(stage)]
 
 
 def stretches(vertices: Vertices, garment: Garment) -> Float[np.ndarray, " faces"]:
-    """Stretch of the longest edge of each triangle, 0 where none is longer than at rest [percent]."""
+    """Returns the largest stretch of an edge of each triangle, at least 0 [percent]."""
     return 100 * np.maximum(edge_strains(vertices, garment.faces, garment.rest_edges).max(axis=1), 0)
 
 
 def errors(vertices: Vertices, truth: Vertices, garment: Garment) -> Float[np.ndarray, " faces"]:
-    """Distance to the simulation, the mean of each triangle's corners [mm]."""
+    """Returns the distance to the simulation, as the mean over the corners of each triangle [mm]."""
     return vertex_errors_mm(vertices, truth)[garment.faces].mean(axis=1)
 
 
 def inside_body(vertices: Vertices, frame: Frame) -> Mask:
-    """Which vertices are inside the body of a frame [winding number above 0.5]."""
+    """Returns which vertices are inside the body of a frame (winding number above 0.5)."""
     return inside(frame.body.vertices, frame.body.faces, vertices)
 
 
 @dataclass(frozen=True)
 class FrameMeasures:
-    """A frame's measures."""
+    """Measures of one frame."""
 
     index: int
     stretch: float
-    """Of the most stretched edge that is shown [percent]."""
+    """Largest stretch of an edge that is shown [percent]."""
     inside: int
-    """Vertices inside the body before the projection."""
+    """Number of vertices inside the body before the projection."""
 
 
 def measure_frame(index: int, frame: Frame, garment: Garment) -> FrameMeasures:
-    """Measure a frame.
+    """Measures a frame.
 
     Args:
-        index: Its number.
+        index: Number of the frame.
         frame: The frame.
-        garment: What is worn.
+        garment: The garment.
     """
     worst = float(stretches(frame.vertices, garment).max())
-    return FrameMeasures(index, worst, int(np.count_nonzero(inside_body(frame.held, frame))))
+    return FrameMeasures(index, worst, int(np.count_nonzero(inside_body(frame.before_projection, frame))))
 
 
-def worst_frames(every: list[FrameMeasures]) -> list[tuple[int, str]]:
-    """The frames with the largest stretch, then those with most vertices inside: their numbers, and what is wrong.
+def worst_frames(measured: list[FrameMeasures]) -> list[tuple[int, str]]:
+    """Returns the frames with the largest stretch, then those with the most vertices inside.
 
     Args:
-        every: Frames that were measured.
+        measured: The measures of all frames.
+
+    Returns:
+        The number of each frame, and a line that says what is wrong.
     """
-    long = sorted(every, key=lambda each: -each.stretch)[:WORST_COUNT]
-    deep = sorted((each for each in every if each.inside), key=lambda each: -each.inside)[:WORST_COUNT]
+    long = sorted(measured, key=lambda each: -each.stretch)[:WORST_COUNT]
+    deep = sorted((each for each in measured if each.inside), key=lambda each: -each.inside)[:WORST_COUNT]
     return [(each.index, f"frame {each.index}: an edge {each.stretch:.0f} % too long") for each in long] + [
         (each.index, f"frame {each.index}: {each.inside} inside before the projection") for each in deep
     ]

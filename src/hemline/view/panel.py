@@ -1,4 +1,4 @@
-"""The controls of the page, in plain words; each hands its wish on."""
+"""The controls of the page; each passes what the user asks for on as a `Request`."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,9 +6,10 @@ from typing import Any
 from hemline.bodies import ShapedBody
 
 from . import html_text
+from .catalog import Catalog, Choice
 from .measures import STAGES
+from .requests import Request
 from .scene import BODIES, PAINTS
-from .catalog import Choice, Catalog
 
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2")
 NONE_YET = "not looked for yet"
@@ -20,56 +21,62 @@ BETA, BREEZE = 3.0, 6.0
 class Panel:
     """Buttons, lists and sliders.
 
+    viser runs plain callbacks in a pool of threads, some time after it has set a control's value. A callback that reads
+    the value there may find another one, which the page has set in between. So callbacks are coroutines, which viser
+    awaits in its event loop together with the message; `Page` sets values of controls in that loop, too.
+
     Args:
         server: The viser server.
-        shelf: What can be chosen.
-        choice: What is chosen at the start.
-        wish: Called with the name of a wish and its value, when a hand on the page asks for something.
+        catalog: Models and clips to choose from.
+        choice: The choice at the start.
+        ask: Called in the event loop with a request and its value.
     """
 
-    def __init__(self, server: Any, shelf: Catalog, choice: Choice, wish: Callable[[str, Any], None]):
-        self._gui, self._wish = server.gui, wish
-        self._hands: dict[str, Any] = {}
+    def __init__(self, server: Any, catalog: Catalog, choice: Choice, ask: Callable[[Request, Any], None]):
+        self._gui, self._ask = server.gui, ask
+        self._controls: dict[Request, Any] = {}
         gui = self._gui
-        self.said = gui.add_html("")
-        self.play = gui.add_button("Pause")
-        self.play.on_click(lambda _: wish("toggle", None))
-        self.frame = self._hand("frame", gui.add_slider("Frame", 0, 1, 1, 0))
-        self.speed = self._hand("speed", gui.add_dropdown("Speed", SPEEDS, initial_value="1"))
-        self.model = self._hand("model", gui.add_dropdown("Garment", shelf.model_names, initial_value=choice.model))
-        self.clip = self._hand("clip", gui.add_dropdown("Motion", shelf.clip_names, initial_value=choice.clip))
-        self.material = self._hand("material", gui.add_dropdown("Material", (OWN,), visible=False))
+        self.status = gui.add_html("")
+        self.play = self._button(Request.PLAY_OR_PAUSE, "Pause")
+        self.frame = self._control(Request.FRAME, gui.add_slider("Frame", 0, 1, 1, 0))
+        self._control(Request.SPEED, gui.add_dropdown("Speed", SPEEDS, initial_value="1"))
+        self._control(Request.MODEL, gui.add_dropdown("Garment", catalog.model_names, initial_value=choice.model))
+        self._control(Request.CLIP, gui.add_dropdown("Motion", catalog.clip_names, initial_value=choice.clip))
+        self.material = self._control(Request.MATERIAL, gui.add_dropdown("Material", (OWN,), visible=False))
         with gui.add_folder("What is shown"):
-            self._hand("shown", gui.add_dropdown("Stage", STAGES))
-            self._hand("paint", gui.add_dropdown("Colours", tuple(PAINTS)))
+            self._control(Request.SHOWN, gui.add_dropdown("Stage", STAGES))
+            self._control(Request.PAINT, gui.add_dropdown("Colours", tuple(PAINTS)))
             self.legend = gui.add_html("")
-            self._hand("mark", gui.add_checkbox("Red: inside the body", False))
-            self._hand("body", gui.add_dropdown("Body", BODIES))
-            self._hand("bones", gui.add_checkbox("Bones", False, hint="Of garments that hang on ropes"))
-            self._hand("colliders", gui.add_checkbox("Colliders", False, hint="What ropes are kept out of"))
-            self._hand("follow", gui.add_checkbox("Camera follows", True))
+            self._control(Request.MARK, gui.add_checkbox("Red: inside the body", False))
+            self._control(Request.BODY, gui.add_dropdown("Body", BODIES))
+            self._control(Request.BONES, gui.add_checkbox("Bones", False, hint="Of garments that hang on ropes"))
+            self._control(Request.COLLIDERS, gui.add_checkbox("Colliders", False, hint="What ropes are kept out of"))
+            self._control(Request.FOLLOW, gui.add_checkbox("Camera follows", True))
         with gui.add_folder("Drag the body"):
-            self._hand(
-                "handle", gui.add_checkbox("Handle at the pelvis", False, hint="Pull its arrows, turn its rings")
-            )
-            gui.add_button("Put it back").on_click(lambda _: wish("back", None))
+            hint = "Pull its arrows, turn its rings"
+            self._control(Request.HANDLE, gui.add_checkbox("Handle at the pelvis", False, hint=hint))
+            self._button(Request.RESET_DRAG, "Put it back")
         self.shape = gui.add_folder("Body shape", expand_by_default=False)
         self.betas: list[Any] = []
-        self._breeze(gui)
+        self.wind = gui.add_folder("Wind", expand_by_default=False)
+        with self.wind:
+            labels = ("To its left, m/s", "Forward, m/s")
+            self.breeze = [gui.add_slider(label, -BREEZE, BREEZE, 0.5, 0.0) for label in labels]
+        self._sliders(Request.WIND, self.breeze)
         with gui.add_folder("Worst frames", expand_by_default=False):
-            gui.add_button("Look for them").on_click(lambda _: wish("look", None))
-            self.worst = self._hand("worst", gui.add_dropdown("Go to", (NONE_YET,)))
+            self._button(Request.MEASURE, "Look for them")
+            self.worst = self._control(Request.WORST, gui.add_dropdown("Go to", (NONE_YET,)))
         with gui.add_folder("Download", expand_by_default=False):
             gui.add_html(html_text.lines(["The frames that were played since the last change, at most 300."]))
             for ending, label in (("glb", "GLB, for Blender and engines"), ("webp", "WebP, to look at")):
-                gui.add_button(label).on_click(lambda event, ending=ending: wish("save", (ending, event.client)))
+                self._button(Request.SAVE, label, lambda event, ending=ending: (ending, event.client))
         self.times = gui.add_html("", visible=False)
 
-    def of_body(self, body: ShapedBody | None) -> None:
-        """Sliders for the shape of a body; none where it keeps its own.
+    def show_shape_of(self, body: ShapedBody | None) -> None:
+        """Makes sliders for the shape of a body.
 
         Args:
-            body: Who wears the garment.
+            body: The body that wears the garment; None removes the sliders, where the body keeps its shape.
         """
         for slider in self.betas:
             slider.remove()
@@ -79,64 +86,73 @@ class Panel:
             return
         with self.shape:
             for number, value in enumerate(body.betas.tolist()):
-                slider = self._gui.add_slider(f"Shape {number + 1}", -BETA, BETA, 0.1, _on_slider(value))
-                slider.on_update(self._shaped)
+                slider = self._gui.add_slider(f"Shape {number + 1}", -BETA, BETA, 0.1, _slider_value(value))
                 self.betas.append(slider)
+        self._sliders(Request.BETAS, self.betas)
 
-    def of_materials(self, names: tuple[str, ...], chosen: str | None) -> None:
-        """The list of materials; none where there is nothing to choose.
+    def show_materials(self, names: tuple[str, ...], chosen: str | None) -> None:
+        """Fills the list of materials; an empty list is hidden.
 
         Args:
-            names: That of the fit first.
-            chosen: The one that is worn; None: the first.
+            names: Materials, that of the fit first.
+            chosen: The present material; None: the first one.
         """
         self.material.visible = bool(names)
         if names:
             self.material.options = names
             self.material.value = chosen or names[0]
 
-    def put_back(self, name: str, value: Any) -> None:
-        """Let a list or a slider show what holds, after a hand asked there for what cannot be.
+    def show_value(self, request: Request, value: Any) -> None:
+        """Shows a value at the control of a request, after one that was refused.
 
         Args:
-            name: That of the wish.
-            value: What holds; for the shape of a body its betas, for wind to the left and forward [m/s].
+            request: The request.
+            value: The value that holds: betas for the shape of a body, wind to the left and forward [m/s].
         """
-        several = {"betas": self.betas, "wind": self.breeze}
-        if name in several:
-            for slider, one in zip(several[name], value, strict=False):
-                slider.value = _on_slider(one) if name == "betas" else one
-        elif name in self._hands:
-            self._hands[name].value = value
+        if request is Request.BETAS:
+            for slider, beta in zip(self.betas, value, strict=False):
+                slider.value = _slider_value(beta)
+        elif request is Request.WIND:
+            for slider, speed in zip(self.breeze, value, strict=True):
+                slider.value = speed
+        elif request in self._controls:
+            self._controls[request].value = value
 
-    def windy(self, windy: bool) -> None:
-        """Whether there are sliders for wind."""
-        self.wind.visible = windy
+    def show_wind(self, visible: bool) -> None:
+        """Shows or hides the sliders of the wind."""
+        self.wind.visible = visible
 
-    def _breeze(self, gui: Any) -> None:
-        self.wind = gui.add_folder("Wind", expand_by_default=False)
-        with self.wind:
-            self.breeze = [
-                gui.add_slider(label, -BREEZE, BREEZE, 0.5, 0.0) for label in ("To its left, m/s", "Forward, m/s")
-            ]
-        for slider in self.breeze:
-            slider.on_update(self._blown)
+    def _button(self, request: Request, label: str, value: Callable[[Any], Any] = lambda event: None) -> Any:
+        button = self._gui.add_button(label)
 
-    def _hand(self, name: str, control: Any) -> Any:
-        """A control whose value is a wish where a hand, not the program, set it."""
-        self._hands[name] = control
-        control.on_update(lambda event: event.client is not None and self._wish(name, event.target.value))
+        async def ask(event: Any) -> None:
+            self._ask(request, value(event))
+
+        button.on_click(ask)
+        return button
+
+    def _control(self, request: Request, control: Any) -> Any:
+        """Makes each change by a user, not by the program, a request with the value of the control."""
+
+        async def ask(event: Any) -> None:
+            if event.client is not None:
+                self._ask(request, event.target.value)
+
+        control.on_update(ask)
+        self._controls[request] = control
         return control
 
-    def _shaped(self, event: Any) -> None:
-        if event.client is not None:
-            self._wish("betas", tuple(slider.value for slider in self.betas))
+    def _sliders(self, request: Request, sliders: list[Any]) -> None:
+        """Makes each change of a slider by a user a request with the values of them all."""
 
-    def _blown(self, event: Any) -> None:
-        if event.client is not None:
-            self._wish("wind", tuple(slider.value for slider in self.breeze))
+        async def ask(event: Any) -> None:
+            if event.client is not None:
+                self._ask(request, tuple(slider.value for slider in sliders))
+
+        for slider in sliders:
+            slider.on_update(ask)
 
 
-def _on_slider(beta: float) -> float:
-    """A beta, as a slider can show it."""
+def _slider_value(beta: float) -> float:
+    """Rounds and clamps a beta to what a slider can show."""
     return min(max(round(beta, 1), -BETA), BETA)

@@ -1,30 +1,63 @@
-"""What the hands on the page ask for, from any thread, until the one that plays has time for it."""
+"""Requests of browsers: collected from any thread, kept until the loop of the page has time for them."""
 
 import threading
+from enum import StrEnum
 from typing import Any
 
 
+class Request(StrEnum):
+    """Everything that a browser can ask the page for; `Page.HANDLERS` says what is done about it."""
+
+    PLAY_OR_PAUSE = "play_or_pause"
+    FRAME = "frame"
+    SPEED = "speed"
+    MODEL = "model"
+    CLIP = "clip"
+    MATERIAL = "material"
+    BETAS = "betas"
+    WIND = "wind"
+    GRAB = "grab"
+    DRAG = "drag"
+    RESET_DRAG = "reset_drag"
+    MEASURE = "measure"
+    WORST = "worst"
+    SAVE = "save"
+    SHOWN = "shown"
+    PAINT = "paint"
+    MARK = "mark"
+    BODY = "body"
+    FOLLOW = "follow"
+    BONES = "bones"
+    COLLIDERS = "colliders"
+    HANDLE = "handle"
+
+
 class Requests:
-    """The latest wish of each name: a slider that is dragged asks for its last place only."""
+    """The latest request of each kind: of a slider that is dragged, only the last position counts."""
 
     def __init__(self) -> None:
-        self._held: dict[str, Any] = {}
-        self._any = threading.Condition()
+        self._pending: dict[Request, Any] = {}
+        self._changed = threading.Condition()
 
-    def put(self, name: str, value: Any = None) -> None:
-        """Wish for something; an older wish of this name is dropped."""
-        with self._any:
-            self._held.pop(name, None)
-            self._held[name] = value
-            self._any.notify_all()
+    def put(self, request: Request, value: Any = None) -> None:
+        """Adds a request and drops an older one of the same kind."""
+        with self._changed:
+            self._pending.pop(request, None)
+            self._pending[request] = value
+            self._changed.notify_all()
 
-    def taken(self, seconds: float = 0.0) -> dict[str, Any]:
-        """All wishes in their order, which are then fulfilled.
+    def is_pending(self, request: Request) -> bool:
+        """Whether a request of this kind waits to be taken."""
+        with self._changed:
+            return request in self._pending
+
+    def take(self, seconds: float = 0.0) -> dict[Request, Any]:
+        """Removes all requests and returns them in their order.
 
         Args:
-            seconds: How long to wait for the first one.
+            seconds: How long to wait for the first one [s].
         """
-        with self._any:
-            self._any.wait_for(lambda: bool(self._held), seconds)
-            held, self._held = self._held, {}
-            return held
+        with self._changed:
+            self._changed.wait_for(lambda: bool(self._pending), seconds)
+            taken, self._pending = self._pending, {}
+            return taken

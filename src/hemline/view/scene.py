@@ -1,4 +1,7 @@
-"""The meshes of the page: body, garment, truth beside it, marks; one node holds all, by which the camera follows."""
+"""The meshes of the page: body, garment, the simulated garment beside it, and marks.
+
+All of them hang on one node, which is moved so that the camera follows the body.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,25 +22,25 @@ from .stage import Stage
 
 PLAIN, BODIES = "one colour", ("solid", "see-through", "hidden")
 PAINTS: dict[str, Scale | None] = {PLAIN: None, "stretch": STRETCH, "error to the simulation": ERROR}
-"""What colours the garment."""
+"""Ways to colour the garment, by their names on the page."""
 BESIDE = np.array([-1.2, 0.0, 0.0])
-"""Where the truth stands [m]."""
-THIN = 0.35
-"""Opacity of what is seen through."""
+"""Displacement of the simulated garment from the animated one [m]."""
+SEE_THROUGH = 0.35
+"""Opacity of see-through meshes."""
 RED, BONE, CONE = (255, 0, 0), (30, 30, 40), (0.95, 0.7, 0.25)
 POINT, LINE = 0.012, 3.0
 """Size of the red marks [m], width of the bones [pixels]."""
 AWAY, ASIDE = 3.9, 0.4
-"""How far the camera is, and how far right of the body it looks [m]."""
+"""Distance of the camera, and offset to the right of the body at which it looks [m]."""
 FLOOR, TILES = (205, 205, 205), 10
-"""Its colour; so many tiles of one metre lie on each side of the middle."""
+"""Colour of the floor, and the number of its tiles of one metre on each side of the middle."""
 HANDLE = 0.35
 """Size of the handle at the pelvis [m]."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """How a frame is shown."""
+    """How a frame is shown; the fields are named as the requests that change them."""
 
     shown: str = STAGES[0]
     paint: str = PLAIN
@@ -52,15 +55,15 @@ class Look:
 
 
 class Scene:
-    """What of a stage is drawn on the page.
+    """Draws a stage on the page.
 
     Args:
         server: The viser server.
-        dragged: Called with viser's event when a hand drags the handle.
+        on_drag: Called with viser's event when a user drags the handle.
     """
 
-    def __init__(self, server: Any, dragged: Callable[[Any], Any]):
-        self._dragged = dragged
+    def __init__(self, server: Any, on_drag: Callable[[Any], Any]):
+        self._on_drag = on_drag
         self._api = server.scene
         self._api.set_up_direction("+y")
         self._api.configure_environment_map(None)
@@ -71,13 +74,13 @@ class Scene:
         self.world = self._api.add_frame("/world", show_axes=False)
         self._api.add_line_segments("/world/floor", floor(), FLOOR, thickness=1.0, thickness_units="screen")
         self.handle = self._new_handle()
-        self.held = False
-        """Whether a hand holds the handle."""
+        self.grabbed = False
+        """Whether a user holds the handle."""
         self._meshes: dict[str, Any] = {}
-        self._made_of: Any = None
+        self._mesh_key: Any = None
 
     def look_from(self, stage: Stage) -> None:
-        """Put the camera where most of the garment is seen, the body left of the panel; of pages opened from now on."""
+        """Places the camera of pages opened from now on: most of the garment is visible, the body left of the panel."""
         frame, garment = stage.frame, stage.source.garment
         body = frame.body.vertices, frame.body.faces
         right, _, back = view_axes(clearest_view([([(frame.vertices, garment.faces)], [body])]))
@@ -85,8 +88,8 @@ class Scene:
         self._camera.look_at, self._camera.position = middle, middle + AWAY * back
 
     def draw(self, stage: Stage, look: Look) -> None:
-        """Show the frame that a stage is at."""
-        self._ready(stage)
+        """Shows the present frame of a stage."""
+        self._prepare_meshes(stage)
         frame, garment = stage.frame, stage.source.garment
         cloth, truth = cloth_of(frame, look.shown), stage.truth
         scale = PAINTS[look.paint]
@@ -96,7 +99,7 @@ class Scene:
         elif scale is ERROR and truth is not None:
             values = errors(cloth, truth, garment)
         self._show("body", frame.body.vertices, look.body != "hidden")
-        self._meshes["body"].opacity = THIN if look.body == "see-through" or look.mark else None
+        self._meshes["body"].opacity = SEE_THROUGH if look.body == "see-through" or look.mark else None
         self._show("cloth", cloth, values is None)
         parts = (
             [None] * len(COLOURS)
@@ -115,11 +118,13 @@ class Scene:
         self._bones(stage, cloth, look.bones)
         self._colliders(stage, look.colliders)
         pelvis = frame.body.joints[0].astype(np.float64)
-        if np.shape(self.handle.position) != (3,) or np.shape(self.handle.wxyz) != (4,):  # viser keeps all it is sent
+        if np.shape(self.handle.position) != (3,) or np.shape(self.handle.wxyz) != (
+            4,
+        ):  # viser keeps whatever it is sent
             self.handle.remove()
             self.handle = self._new_handle()
         self.handle.visible = look.handle
-        if not self.held:  # a hand that drags it holds on to the ground
+        if not self.grabbed:  # while a user drags the handle, the ground stands still
             self.handle.position, self.handle.wxyz = pelvis, (1.0, 0.0, 0.0, 0.0)
             self.world.position = (-pelvis[0], 0.0, -pelvis[2]) if look.follow else (0.0, 0.0, 0.0)
 
@@ -127,17 +132,17 @@ class Scene:
         handle = self._api.add_transform_controls(
             "/world/handle", scale=HANDLE, disable_sliders=True, depth_test=False, visible=False
         )
-        handle.on_update(self._dragged)
+        handle.on_update(self._on_drag)
         return handle
 
-    def _ready(self, stage: Stage) -> None:
-        """Make meshes anew where garment or body have other triangles."""
+    def _prepare_meshes(self, stage: Stage) -> None:
+        """Makes the meshes anew where garment or body have other triangles."""
         garment, body = stage.source.garment, stage.source.body.body
-        if self._made_of == (garment.hash, body.name):
+        if self._mesh_key == (garment.hash, body.name):
             return
         for mesh in self._meshes.values():
             mesh.remove()
-        self._made_of, skin, cloth = (garment.hash, body.name), stage.frame.body.vertices, stage.frame.vertices
+        self._mesh_key, skin, cloth = (garment.hash, body.name), stage.frame.body.vertices, stage.frame.vertices
         self._meshes = {
             "body": self._mesh("body", skin, body.faces, BODY),
             "cloth": self._mesh("cloth", cloth, garment.faces, CLOTH, side="double"),
@@ -150,10 +155,10 @@ class Scene:
                 name, cloth[:3], np.array([[0, 1, 2]]), np.divide(colour, 255), side="double", flat_shading=True
             )
 
-    def _mesh(self, name: str, vertices: np.ndarray, faces: np.ndarray, colour: Any, **how: Any) -> Any:
+    def _mesh(self, name: str, vertices: np.ndarray, faces: np.ndarray, colour: Any, **options: Any) -> Any:
         rgb = tuple(round(255 * float(part)) for part in colour)
         return self._api.add_mesh_simple(
-            f"/world/{name}", vertices, faces, color=rgb, cast_shadow=False, receive_shadow=False, **how
+            f"/world/{name}", vertices, faces, color=rgb, cast_shadow=False, receive_shadow=False, **options
         )
 
     def _show(self, name: str, vertices: Vertices | None, visible: bool) -> None:
@@ -183,8 +188,8 @@ class Scene:
                 self._meshes.pop("bones").remove()
                 self._meshes["cloth"].opacity = None
             return
-        self._meshes["cloth"].opacity, ropes = THIN, animator.ropes
-        nodes, below = ropes.embedded(cloth), np.flatnonzero(ropes.parents >= 0)
+        self._meshes["cloth"].opacity, ropes = SEE_THROUGH, animator.ropes
+        nodes, below = ropes.positions_on(cloth), np.flatnonzero(ropes.parents >= 0)
         lines = np.stack([nodes[ropes.parents[below]], nodes[below]], axis=1).astype(np.float32)
         if "bones" in self._meshes and self._meshes["bones"].points.shape == lines.shape:
             self._meshes["bones"].points = lines
@@ -194,14 +199,14 @@ class Scene:
             )
 
     def _colliders(self, stage: Stage, visible: bool) -> None:
-        """What the ropes of a garment collide with; the body is seen through meanwhile."""
+        """Shows the colliders of a garment on ropes, and the body see-through."""
         source, posed = stage.source, stage.frame.body
         ropes = isinstance(source, PlayedClip) and isinstance(source.player.animator, AnimatorRopes)
         if "colliders" in self._meshes and not (visible and ropes):
             self._meshes.pop("colliders").remove()
         if not (visible and ropes):
             return
-        self._meshes["body"].opacity = THIN
+        self._meshes["body"].opacity = SEE_THROUGH
         vertices, faces = cone_surfaces(BodyProxy.fit(posed.shaped), posed.transforms)
         if "colliders" in self._meshes:
             self._meshes["colliders"].vertices = vertices
@@ -210,9 +215,9 @@ class Scene:
 
 
 def floor() -> np.ndarray:
-    """Lines of the ground, (lines, 2, 3) float32 [m]: much cheaper to draw than a grid that the screen computes.
+    """Returns the lines of the floor, (lines, 2, 3) float32 [m]; they are much cheaper to draw than a grid shader.
 
-    Each is as long as a tile: a browser gives a long line that goes on behind the camera a wrong depth.
+    Each line is as long as a tile, since browsers draw long lines that continue behind the camera at a wrong depth.
     """
     at = np.arange(-TILES, TILES + 1, dtype=np.float32)
     ends = np.zeros((len(at), len(at) - 1, 2, 3), np.float32)

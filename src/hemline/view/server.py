@@ -1,8 +1,8 @@
-"""The viser server of the page, behind a door: it takes nobody in who did not come by the page's address.
+"""The viser server of the page, with access control: it refuses everyone who does not use the address of the page.
 
-viser hands all requests to `serve` of the library websockets, and has no way of its own to say whom to refuse. So while
-our server starts, `serve` is replaced by one that knows our server by the host that it is given, and adds what is
-missing. Where viser does not call it as expected, nothing is served.
+viser passes all connections to `serve` of the library websockets and offers no hook to refuse one. So while our server
+starts, `serve` is replaced by a function that recognises our server by its host object and adds the checks. If viser
+does not call it as expected, nothing is served.
 """
 
 import contextlib
@@ -11,18 +11,19 @@ import io
 import logging
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
-from hemline.doors import HOST, WAITING, Door, TurnedAway, listening
+from hemline.access import HOST, WAITING, AccessControl, AccessRefused, open_listener
 from hemline.errors import HemlineError, MissingExtra
 
 from .html_text import one_line
 
 LONGEST_MESSAGE = 1_000_000
-"""The longest message that a browser may send [bytes]."""
+"""Longest message that a browser may send [bytes]."""
 REQUEST_TIMEOUT = 10.0
-"""How long a request may take to arrive [s]."""
+"""Longest time that a request may take to arrive [s]."""
 RULES = {
     "Cache-Control": "no-store",
     "X-Content-Type-Options": "nosniff",
@@ -36,21 +37,21 @@ CONTENT = (
     "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob: ws://{host}; "
     "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 )
-"""What the page of viser needs: scripts that it brings itself, nothing from elsewhere, no text run as a script."""
+"""Content Security Policy of viser's page: its own scripts, nothing from elsewhere, no text run as a script."""
 _starting = threading.Lock()
 
 
-def start_server(port: int, report: Callable[[str], None]) -> tuple[Any, Door]:
-    """A viser server that listens on this machine, and the door before it.
+def start_server(port: int, report: Callable[[str], None]) -> tuple[Any, AccessControl]:
+    """Starts a viser server that listens on this machine, and returns it with its access control.
 
     Args:
-        port: Where to listen; 0: a port that is free.
-        report: Told in a line what went wrong in the server.
+        port: The port to listen on; 0: any free port.
+        report: Called with each error of the server, as one line.
 
     Raises:
         MissingExtra: viser is not installed.
-        BadInput: The port is none, in use, or not allowed.
-        HemlineError: This version of viser starts its server in a way that is not known.
+        BadInput: The port does not exist, is in use or is not allowed.
+        HemlineError: This version of viser starts its server in an unknown way.
     """
     try:
         import viser
@@ -60,15 +61,15 @@ def start_server(port: int, report: Callable[[str], None]) -> tuple[Any, Door]:
 
     class LocalServer(viser.ViserServer):
         def request_share_url(self, verbose: bool = True) -> str | None:
-            """None: the page stays on this machine, whatever a browser asks for."""
+            """Returns None, whatever a browser asks for: the page stays on this machine."""
             return None
 
-    listener = listening(port)
-    door, host, plain = Door(listener.getsockname()[1]), _Host(HOST), sockets.serve
+    listener = open_listener(port)
+    door, host, plain = AccessControl(listener.getsockname()[1]), _Host(HOST), sockets.serve
     guarded: list[bool] = []
 
     def serve(handler: Any, at: Any, *place: Any, **options: Any) -> Any:
-        if at is not host:  # a server of somebody else, who starts it meanwhile
+        if at is not host:  # a server that other code starts in the meantime
             return plain(handler, at, *place, **options)
         inner = options.get("process_request")
         guarded.append(callable(inner))
@@ -100,8 +101,30 @@ def start_server(port: int, report: Callable[[str], None]) -> tuple[Any, Door]:
     return server, door
 
 
+def in_loop(server: Any, do: Callable[[], None]) -> Future[None]:
+    """Runs a function in the event loop of a server, between two messages of browsers.
+
+    Args:
+        server: The viser server.
+        do: What to run.
+
+    Returns:
+        A future that is done when the function has run.
+    """
+    done: Future[None] = Future()
+
+    def run() -> None:
+        try:
+            done.set_result(do())
+        except BaseException as error:
+            done.set_exception(error)
+
+    server.get_event_loop().call_soon_threadsafe(run)
+    return done
+
+
 def _sockets_of(viser: Any) -> Any:
-    """The module with `serve`, as viser itself finds it."""
+    """Returns the module that holds `serve`, as viser itself finds it."""
     try:
         from viser.infra import _infra
 
@@ -118,25 +141,25 @@ def _unknown(viser: Any) -> HemlineError:
 
 
 def _report_exception(report: Callable[[str], None], _: Any, context: dict[str, Any]) -> None:
-    """A message that could be read, and asks for what there is not."""
+    """Reports a message that is readable but asks for something that does not exist."""
     if context.get("exception") is not None:
         report(one_line(context["exception"]))
 
 
 class _Host(str):
-    """A host; by being this very one it marks the server that is started here."""
+    """A host name whose identity marks the server that is started here."""
 
 
-def _guard(door: Door, inner: Any, waiting: dict[Any, Any]) -> Any:
-    """What `websockets` asks before it answers, page and WebSocket alike: nobody reaches viser who is not let in."""
+def _guard(door: AccessControl, inner: Any, waiting: dict[Any, Any]) -> Any:
+    """Returns the hook that websockets calls before each answer, for page and WebSocket: it admits or refuses."""
 
     async def process_request(connection: Any, request: Any) -> Any:
         hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
         rules = {**RULES, "Content-Security-Policy": "default-src 'none'"}
         try:
-            path = door.entered(request.path, hosts, origins, script="Upgrade" in request.headers)
-        except TurnedAway as why:
-            response = connection.respond(why.status, f"{why.said}\n")
+            path = door.admit(request.path, hosts, origins, script="Upgrade" in request.headers)
+        except AccessRefused as why:
+            response = connection.respond(why.status, f"{why.message}\n")
             if why.location is not None:
                 response.headers["Location"] = why.location
         else:
@@ -155,7 +178,7 @@ def _guard(door: Door, inner: Any, waiting: dict[Any, Any]) -> Any:
 
 
 def _limit_connections(base: Any, waiting: dict[Any, Any]) -> Any:
-    """Connections, of which only so many may be open that were not let in."""
+    """Returns a connection class that limits how many connections may be open before they are admitted."""
 
     class Connection(base):
         def connection_made(self, transport: Any) -> None:
@@ -172,13 +195,13 @@ def _limit_connections(base: Any, waiting: dict[Any, Any]) -> Any:
 
 
 def _logger(report: Callable[[str], None]) -> logging.Logger:
-    """Tells in a line when a connection ended since a message could not be read; who is turned away is not told."""
+    """Returns a logger that reports, in one line, connections that ended since a message could not be read."""
 
-    class Told(logging.Handler):
+    class Reporter(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
             if record.getMessage() == "connection handler failed" and record.exc_info:
                 report(one_line(record.exc_info[1]))
 
     logger = logging.Logger("hemline.view")
-    logger.addHandler(Told(logging.ERROR))
+    logger.addHandler(Reporter(logging.ERROR))
     return logger

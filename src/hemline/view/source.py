@@ -1,4 +1,4 @@
-"""Where frames come from: a player that steps an animator, or a take that was simulated."""
+"""Sources of frames: a player that steps an animator, or a take that was simulated."""
 
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, Self
@@ -12,28 +12,28 @@ from hemline.collide import ProjectionReport
 from hemline.datasets import Take
 from hemline.garments import Garment
 from hemline.motions import Motion, Pose
-from hemline.playback import Frame, Player
+from hemline.playback import Frame, Player, PlayerState
 
 from .wind import with_wind
 
 NOT_PROJECTED = ProjectionReport(0, float("nan"), np.zeros(0, np.int32), np.zeros((0, 3), np.float32), None, False)
-"""Of frames that come from the simulation."""
+"""Report for frames of a simulation, which are not projected."""
 
 
 @dataclass(frozen=True, eq=False)
 class StoredFrame:
-    """A frame, and all that the next one needs."""
+    """A frame and the state from which the next one is made."""
 
     state: Any
     frame: Frame
 
 
 class FrameSource(Protocol):
-    """What a `Stage` asks for frames."""
+    """Source of the frames of a `BasisNetwork`."""
 
     @property
     def body(self) -> ShapedBody:
-        """Who wears the garment."""
+        """The body that wears the garment."""
         ...
 
     @property
@@ -47,47 +47,58 @@ class FrameSource(Protocol):
         ...
 
     def first(self, index: int, pose: Pose) -> StoredFrame:
-        """A frame with nothing before it; `pose` is that of frame `index`, dragged where it was."""
+        """Makes a frame that has no predecessor.
+
+        Args:
+            index: Number of the frame.
+            pose: Its pose, dragged where the user dragged it.
+        """
         ...
 
-    def after(self, kept: StoredFrame, index: int, pose: Pose) -> StoredFrame:
-        """The frame a time of 1 / fps after another one."""
+    def after(self, before: StoredFrame, index: int, pose: Pose) -> StoredFrame:
+        """Makes the frame 1 / fps after another one.
+
+        Args:
+            before: The other frame.
+            index: Number of the new frame.
+            pose: Its pose.
+        """
         ...
 
     def truth(self, index: int) -> Vertices | None:
-        """What the simulation made of a frame (verts, 3) [m]; None where it did not."""
+        """Returns the simulated garment in a frame (verts, 3) [m]; None without a simulation."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class PlayedClip:
-    """Frames of a player. Those from the clip's start on are those of `hemline.play`, bit for bit."""
+    """Frames of a player; from the start of the clip on they equal those of `hemline.play`, bit for bit."""
 
     player: Player
     clip: Motion
-    """As it was read."""
+    """The clip as it was read."""
     motion: Motion
-    """As it is played."""
+    """The clip as it is played."""
     take: Take | None = None
-    """The same clip, simulated."""
+    """A simulation of the same clip."""
 
     @classmethod
     def on(cls, animator: Animator, body: ShapedBody, clip: Motion, *, fps: float, take: Take | None = None) -> Self:
-        """Prepare a player.
+        """Prepares a player.
 
         Args:
-            animator: What moves the garment.
-            body: Who wears it.
+            animator: The animator of the garment.
+            body: The body that wears it.
             clip: Any clip.
-            fps: Frames a second; of a take its own are kept.
-            take: Its truth, whose poses are played as they are.
+            fps: Frames per second; a take keeps its own.
+            take: A simulation of the clip; its poses are played unchanged.
         """
         player = Player.prepare(animator, body, placed=True)
         return cls(player, clip, _place_clip(body, clip, fps) if take is None else take.motion, take)
 
     @property
     def body(self) -> ShapedBody:
-        """Who wears the garment."""
+        """The body that wears the garment."""
         return self.player.body
 
     @property
@@ -96,32 +107,36 @@ class PlayedClip:
         return self.player.garment
 
     def first(self, index: int, pose: Pose) -> StoredFrame:
-        """The garment settled in a pose, as at the start of a clip."""
+        """Settles the garment in a pose, as at the start of a clip."""
         dt = 1 / self.motion.fps
         return StoredFrame(*self.player.step(self.player.start(pose, dt=dt), pose, dt))
 
-    def after(self, kept: StoredFrame, index: int, pose: Pose) -> StoredFrame:
-        """The next frame."""
-        return StoredFrame(*self.player.step(kept.state, pose, 1 / self.motion.fps))
+    def after(self, before: StoredFrame, index: int, pose: Pose) -> StoredFrame:
+        """Plays the next frame."""
+        return StoredFrame(*self.player.step(before.state, pose, 1 / self.motion.fps))
 
     def truth(self, index: int) -> Vertices | None:
-        """Of the take [m]."""
+        """Returns the garment of the take (verts, 3) [m]; None without a take."""
         return None if self.take is None else self.take.vertices[index]
 
-    @property
-    def settled(self) -> bool:
-        """Whether the body's shape can change without a new start."""
-        return isinstance(self.player.animator, Settled)
+    def reshape(self, state: PlayerState, body: ShapedBody) -> tuple[Self, PlayerState | None]:
+        """Returns this source on a body of another shape, and the state to continue from.
 
-    def reshaped(self, body: ShapedBody) -> Self:
-        """The same on a body of another shape; the garment of settled states is kept, others are put on anew."""
+        The state is None where the garment has to be put on anew, since the animator is not `Settled`.
+
+        Args:
+            state: A state of the player.
+            body: The body of the new shape.
+        """
         motion = _place_clip(body, self.clip, self.motion.fps)
-        if self.settled:
-            return replace(self, player=replace(self.player, body=body, collider=body), motion=motion)
-        return replace(self, player=Player.prepare(self.player.animator, body, placed=True), motion=motion)
+        if not isinstance(self.player.animator, Settled):
+            player = Player.prepare(self.player.animator, body, placed=True)
+            return replace(self, player=player, motion=motion), None
+        player, state = self.player.reshape(state, body)
+        return replace(self, player=player, motion=motion), state
 
-    def blown(self, wind: tuple[float, float, float]) -> Self:
-        """The same in another wind [m/s], from the next frame on."""
+    def with_wind(self, wind: tuple[float, float, float]) -> Self:
+        """Returns this source in another wind [m/s]; states remain valid."""
         return replace(self, player=replace(self.player, animator=with_wind(self.player.animator, wind)))
 
 
@@ -132,28 +147,28 @@ class SimulatedClip:
     take: Take
     garment: Garment
     body: ShapedBody
-    """At the take's betas."""
+    """The body at the take's betas."""
 
     @property
     def motion(self) -> Motion:
-        """The very poses of the simulation."""
+        """The poses of the simulation."""
         return self.take.motion
 
     def first(self, index: int, pose: Pose) -> StoredFrame:
-        """A frame of the take."""
+        """Returns a frame of the take."""
         cloth = self.take.vertices[index]
         return StoredFrame(None, Frame(cloth, cloth, cloth, self.body.posed(self.motion[index]), NOT_PROJECTED, {}))
 
-    def after(self, kept: StoredFrame, index: int, pose: Pose) -> StoredFrame:
-        """A frame of the take."""
+    def after(self, before: StoredFrame, index: int, pose: Pose) -> StoredFrame:
+        """Returns a frame of the take."""
         return self.first(index, pose)
 
     def truth(self, index: int) -> Vertices | None:
-        """None: the take is what is shown (verts, 3) [m]."""
+        """Returns None: the take itself is shown."""
         return None
 
 
 def _place_clip(body: ShapedBody, clip: Motion, fps: float) -> Motion:
-    """As `hemline.play` does it: placed, then at the frame rate."""
+    """Places a clip on a body, then resamples it, in the same order as `hemline.play`."""
     placed = body.placed(clip)
-    return placed if fps == placed.fps else placed.resampled(fps)
+    return placed if fps == placed.fps else placed.resample(fps)

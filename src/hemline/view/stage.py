@@ -1,4 +1,4 @@
-"""What is played, and at which frame: no browser, no clock."""
+"""The playback behind the page: a source of frames and the present one, without browser or clock."""
 
 import numpy as np
 
@@ -9,27 +9,27 @@ from hemline.motions import Pose
 from hemline.playback import Frame
 
 from .body_shift import BodyShift
-from .source import StoredFrame, PlayedClip, FrameSource
+from .source import FrameSource, PlayedClip, StoredFrame
 
 STORED_FRAMES = 300
-"""Frames that are kept to go back to, about one megabyte each for the cape."""
+"""Number of past frames that are stored for scrubbing, about one megabyte each for the cape."""
 
 
 class Stage:
     """A garment on a body in a clip, at one frame of it.
 
-    Frames are made one after the other and kept, so that going back costs nothing and what is shown does not depend on
-    how one came there. What changes a frame's past (the body's shape, wind, a hand that drags the body) leaves only the
-    present one: later frames go on from there, and earlier ones start anew where they are asked for.
+    Frames are made one after another and stored, so that scrubbing back costs nothing and what is shown does not depend
+    on the path to it. A change of the past (the body's shape, wind, a drag of the body) keeps only the present frame:
+    later frames continue from it, and earlier ones start anew when they are asked for.
 
     Args:
-        source: Where frames come from; the clip's first one is made at once.
+        source: The source of frames; the first frame of the clip is made at once.
 
     Example:
         >>> import hemline
-        >>> from hemline.view import Played, Stage
+        >>> from hemline.view import PlayedClip, Stage
         >>> shirt, body = hemline.load("tshirt-light"), hemline.bodies.load("anny24").shaped()
-        >>> stage = Stage(Played.on(shirt, body, hemline.motions.load("walk"), fps=30.0))
+        >>> stage = Stage(PlayedClip.on(shirt, body, hemline.motions.load("walk"), fps=30.0))
         >>> stage.go(2)
         >>> stage.arrive()
         >>> stage.index, stage.frame.vertices.shape
@@ -38,53 +38,53 @@ class Stage:
 
     def __init__(self, source: FrameSource):
         self.source = source
-        self.shift = self.hand = BodyShift()
+        self.shift = self.drag_goal = BodyShift()
         self.index = self.goal = 0
-        self._kept: dict[int, StoredFrame] = {}
+        self._stored: dict[int, StoredFrame] = {}
         self._begin(0)
 
     @property
     def count(self) -> int:
-        """Frames of the clip."""
+        """Number of frames of the clip."""
         return len(self.source.motion)
 
     @property
     def fps(self) -> float:
-        """Frames a second."""
+        """Frames per second."""
         return self.source.motion.fps
 
     @property
     def frame(self) -> Frame:
-        """What is shown."""
-        return self._kept[self.index].frame
+        """The frame that is shown."""
+        return self._stored[self.index].frame
 
     @property
     def truth(self) -> Vertices | None:
-        """The simulation's version of it [m]; None where there is none, or the body was dragged out of it."""
-        return self.source.truth(self.index) if self.shift.still else None
+        """The simulated garment in this frame (verts, 3) [m]; None without one, or once the body was dragged."""
+        return self.source.truth(self.index) if self.shift.is_identity else None
 
     @property
-    def arrived(self) -> bool:
-        """Whether the frame that was asked for is shown."""
-        return self.index == self.goal and not self.reaching
+    def at_goal(self) -> bool:
+        """Whether the requested frame is shown and the body has reached the pointer."""
+        return self.index == self.goal and not self.following_drag
 
     @property
-    def reaching(self) -> bool:
-        """Whether the body still follows the hand."""
-        return self.shift is not self.hand
+    def following_drag(self) -> bool:
+        """Whether the body is still on its way to the pointer."""
+        return self.shift is not self.drag_goal
 
     @property
-    def known(self) -> range:
-        """Frames that are kept: a stretch without a gap."""
-        first = min(self._kept)
-        return range(first, first + len(self._kept))
+    def stored_frames(self) -> range:
+        """Numbers of the frames that are stored, without a gap."""
+        first = min(self._stored)
+        return range(first, first + len(self._stored))
 
-    def kept(self, index: int) -> Frame:
-        """A frame that is kept."""
-        return self._kept[index].frame
+    def stored_frame(self, index: int) -> Frame:
+        """Returns a stored frame by its number."""
+        return self._stored[index].frame
 
     def go(self, index: int) -> None:
-        """Ask for a frame; `move` comes nearer to it.
+        """Requests a frame; `move` approaches it.
 
         Raises:
             BadInput: The clip has no such frame.
@@ -94,90 +94,90 @@ class Stage:
         self.goal = index
 
     def next(self) -> None:
-        """Ask for the next frame; after the last one comes the first, from which the clip starts anew."""
+        """Requests the next frame; after the last one the clip starts anew."""
         self.go((self.index + 1) % self.count)
 
     def move(self) -> None:
-        """Come one frame nearer to the one that was asked for: shown at once where it is kept."""
-        if self.reaching:
+        """Approaches the requested frame by one frame, or shows it at once where it is stored."""
+        if self.following_drag:
             if self.goal == self.index:
                 return self.hold()
-            self._follow_hand()
-        if self.goal in self._kept:
+            self._follow_drag()
+        if self.goal in self._stored:
             self.index = self.goal
-        elif self.goal < self.known.start:
+        elif self.goal < self.stored_frames.start:
             self._begin(self.goal)
         else:
-            last = self.known[-1]
-            self._keep(last + 1, self.source.after(self._kept[last], last + 1, self._pose(last + 1)))
+            last = self.stored_frames[-1]
+            self._store(last + 1, self.source.after(self._stored[last], last + 1, self._pose(last + 1)))
         return None
 
     def arrive(self) -> None:
-        """Go all the way."""
-        while not self.arrived:
+        """Moves until the requested frame is shown."""
+        while not self.at_goal:
             self.move()
 
     def hold(self) -> None:
-        """Let a time of 1 / fps pass in the pose of this frame: the garment swings out, the body follows the hand."""
-        if self.reaching:
-            self._follow_hand()
-        self._forget()
+        """Plays 1 / fps in the pose of this frame: the garment swings out, and a dragged body moves on."""
+        if self.following_drag:
+            self._follow_drag()
+        self._drop_other_frames()
         self.goal = self.index
-        self._keep(self.index, self.source.after(self._kept[self.index], self.index, self._pose(self.index)))
+        self._store(self.index, self.source.after(self._stored[self.index], self.index, self._pose(self.index)))
 
-    def drag(self, hand: BodyShift) -> None:
-        """Where the body is dragged to; in the next frames it follows, at the speed of a body.
+    def drag(self, goal: BodyShift) -> None:
+        """Drags the body; it follows in the next frames, at the speed of a body.
 
         Args:
-            hand: The place of the hand.
+            goal: The shift that the pointer asks for.
         """
-        self.hand = hand
+        self.drag_goal = goal
 
     def reshape(self, body: ShapedBody) -> None:
-        """Change the body's shape at this frame: under a settled garment at once, others start anew here.
+        """Changes the body's shape at this frame; a garment of settled states follows at once, others start anew here.
 
         Raises:
-            BadInput: A take, whose body is the one that it was simulated on.
+            BadInput: A take is shown; it keeps the body of its simulation.
         """
-        source = self._played("the body's shape")
+        source = self._require_player("the body's shape")
         if source.take is not None:
             raise BadInput("the body of a take keeps its shape", "another one", "choose a clip instead of a take")
-        self.source = source.reshaped(body)
-        before = self._kept.get(self.index - 1)
-        if source.settled and before is not None:
-            _, moved = source.player.reshaped(before.state, body)
-            self._kept = {self.index: self.source.after(StoredFrame(moved, before.frame), self.index, self._pose(self.index))}
-            self.goal = self.index
-        else:
+        before = self._stored.get(self.index - 1)
+        self.source, state = source.reshape((before or self._stored[self.index]).state, body)
+        if state is None or before is None:
             self._begin(self.index)
+            return
+        moved = StoredFrame(state, before.frame)
+        self._stored = {self.index: self.source.after(moved, self.index, self._pose(self.index))}
+        self.goal = self.index
 
     def blow(self, wind: tuple[float, float, float]) -> None:
-        """Change the wind from the next frame on [m/s]."""
-        self.source = self._played("wind").blown(wind)
-        self._forget()
+        """Changes the wind from the next frame on [m/s]."""
+        self.source = self._require_player("wind").with_wind(wind)
+        self._drop_other_frames()
 
-    def _played(self, what: str) -> PlayedClip:
+    def _require_player(self, what: str) -> PlayedClip:
         if not isinstance(self.source, PlayedClip):
             raise BadInput(f"{what} changes where a model plays", "a simulated take", "choose a model")
         return self.source
 
     def _pose(self, index: int) -> Pose:
-        return self.shift.of(self.source.motion[index])
+        return self.shift.apply_to(self.source.motion[index])
 
-    def _follow_hand(self) -> None:
+    def _follow_drag(self) -> None:
         pelvis = self.source.motion.translations[self.index].astype(np.float64)
-        self.shift = self.shift.towards(self.hand, pelvis)
-        self._forget()
+        self.shift = self.shift.step_towards(self.drag_goal, pelvis)
+        self._drop_other_frames()
 
     def _begin(self, index: int) -> None:
-        self._kept = {index: self.source.first(index, self._pose(index))}
+        self._stored = {index: self.source.first(index, self._pose(index))}
         self.index = self.goal = index
 
-    def _keep(self, index: int, kept: StoredFrame) -> None:
-        self._kept[index] = kept
+    def _store(self, index: int, frame: StoredFrame) -> None:
+        self._stored[index] = frame
         self.index = index
-        if len(self._kept) > STORED_FRAMES:
-            del self._kept[self.known.start]
+        if len(self._stored) > STORED_FRAMES:
+            del self._stored[self.stored_frames.start]
 
-    def _forget(self) -> None:
-        self._kept = {self.index: self._kept[self.index]}
+    def _drop_other_frames(self) -> None:
+        self._stored = {self.index: self._stored[self.index]}

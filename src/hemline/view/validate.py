@@ -1,4 +1,4 @@
-"""What a browser asked for, checked before it is used: a browser can send anything."""
+"""Checks of the values that a browser sends, which can be anything."""
 
 import math
 from collections.abc import Sequence
@@ -9,14 +9,14 @@ import numpy as np
 from hemline.errors import BadInput
 
 FARTHEST_DRAG = 100.0
-"""How far from the middle of the floor a hand may drag the body [m]."""
+"""Longest distance from the middle of the floor to which the body can be dragged [m]."""
 
 
 def check_choice(what: str, value: Any, known: Sequence[str]) -> str:
-    """A name out of a list.
+    """Checks a name that must be in a list.
 
     Raises:
-        BadInput: It does not stand there.
+        BadInput: It is not in the list.
     """
     if not isinstance(value, str) or value not in known:
         raise BadInput(f"there is no such {what}", _short(value), "choose one of the list")
@@ -24,7 +24,7 @@ def check_choice(what: str, value: Any, known: Sequence[str]) -> str:
 
 
 def check_switch(what: str, value: Any) -> bool:
-    """Yes or no.
+    """Checks a value that must be true or false.
 
     Raises:
         BadInput: It is neither.
@@ -35,10 +35,10 @@ def check_switch(what: str, value: Any) -> bool:
 
 
 def check_number(what: str, value: Any, ends: tuple[float, float]) -> float:
-    """A number between two others.
+    """Checks a number that must lie between two others.
 
     Raises:
-        BadInput: It is none, or lies outside.
+        BadInput: It is no number, or lies outside.
     """
     plain = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if not plain or not ends[0] <= value <= ends[1]:
@@ -47,10 +47,10 @@ def check_number(what: str, value: Any, ends: tuple[float, float]) -> float:
 
 
 def check_numbers(what: str, values: Any, count: int, ends: tuple[float, float]) -> tuple[float, ...]:
-    """So many numbers, each between two others.
+    """Checks a given number of numbers, each of which must lie between two others.
 
     Raises:
-        BadInput: They are more or fewer, or one is no such number.
+        BadInput: There are more or fewer, or one of them is no such number.
     """
     if not isinstance(values, tuple | list) or len(values) != count:
         raise BadInput(f"{what} must be {count} numbers", _short(values), "load the page again")
@@ -58,7 +58,10 @@ def check_numbers(what: str, values: Any, count: int, ends: tuple[float, float])
 
 
 def check_place(value: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Where a hand holds the body (3,) [m], and how it is turned there (4,), a unit quaternion wxyz; both float64.
+    """Checks a place to which the body is dragged.
+
+    Returns:
+        The position (3,) [m] and the rotation (4,), a unit quaternion wxyz; both float64.
 
     Raises:
         BadInput: They are no such numbers, or farther away than `FARTHEST_BODY`.
@@ -70,7 +73,9 @@ def check_place(value: Any) -> tuple[np.ndarray, np.ndarray]:
     near = at.shape == (3,) and bool((abs(at) <= FARTHEST_DRAG).all())
     length = float(np.linalg.norm(turn))
     if not near or turn.shape != (4,) or not abs(length - 1) < 0.01:
-        raise BadInput("the body cannot be dragged there", _short(value), f"stay within {FARTHEST_DRAG:g} m of the floor")
+        raise BadInput(
+            "the body cannot be dragged there", _short(value), f"stay within {FARTHEST_DRAG:g} m of the floor"
+        )
     return at, turn / length
 
 

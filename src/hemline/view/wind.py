@@ -1,27 +1,18 @@
-"""Wind, for the animators that know it."""
+"""Wind for the animators that support it."""
 
-from dataclasses import replace
-
-from hemline.animators import Animator
-from hemline.animators.live import AnimatorLive
-from hemline.animators.ropes import AnimatorRopes
+from hemline.animators import Animator, Windy
 
 
 def takes_wind(animator: Animator) -> bool:
-    """Whether wind moves its garment."""
-    return isinstance(animator, AnimatorLive | AnimatorRopes)
+    """Whether wind moves the garment of an animator."""
+    return isinstance(animator, Windy)
 
 
 def with_wind(animator: Animator, wind: tuple[float, float, float]) -> Animator:
-    """The same animator in a wind; its States go on with it. Unchanged where it knows none.
+    """Returns an animator in another wind; its states remain valid. An animator without wind is returned unchanged.
 
     Args:
-        animator: Any.
-        wind: In the world [m/s].
+        animator: Any animator.
+        wind: Velocity of the air in the world [m/s].
     """
-    if isinstance(animator, AnimatorLive):
-        return replace(animator, config=replace(animator.config, wind=wind))
-    if isinstance(animator, AnimatorRopes):
-        constants = replace(animator.ropes.constants, wind=wind)
-        return replace(animator, ropes=animator.ropes.with_constants(constants))
-    return animator
+    return animator.in_wind(wind) if isinstance(animator, Windy) else animator

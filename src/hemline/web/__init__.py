@@ -1,4 +1,4 @@
-"""A page that plays models with no server: one `.html`, or a folder for a static web host. See `README.md`."""
+"""Web pages that play models without a server: one `.html`, or a folder for a static host. See `README.md`."""
 
 from .contents import page_contents as page_contents
 from .write import check_page as check_page

@@ -1,4 +1,4 @@
-"""What a page holds of a close-fitting garment, for all shapes of the body."""
+"""Arrays and metadata of a close-fitting garment in a page, for all shapes of the body."""
 
 import numpy as np
 
@@ -12,14 +12,14 @@ from .parts import PagePart, differences, short_numbers
 
 
 def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> PagePart:
-    """All tables of the model; the page makes of them what a shape does.
+    """Returns all tables of the model, from which the page computes the effect of a shape.
 
     Args:
         model: The model.
-        body: The body that wears it, in any shape.
+        body: The body that wears the garment, in any shape.
 
     Raises:
-        BadInput: Another body than that of the fit, another material, or a pose model that is rigging.
+        BadInput: The body or the material is not that of the fit, or the pose model is rigging.
     """
     refuse_other_body(model, body)
     if model.materials is not None and model.garment.material != model.materials.own:

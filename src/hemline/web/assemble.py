@@ -1,4 +1,4 @@
-"""The files of a page as bytes: all in one `.html`, or an index and the parts that it loads."""
+"""The files of a page as bytes: one `.html` with everything, or an index and the parts that it loads."""
 
 import base64
 import gzip
@@ -17,9 +17,9 @@ _MODULES = {
     "three/core": "three.core.min.js",
     "three/OrbitControls.js": "OrbitControls.js",
 }
-"""Names by which modules import three.js, and its files."""
+"""Names by which modules import three.js, and the files of three.js."""
 PARTS_PREFIX = "hemline-"
-"""How the name of a folder of parts begins; twelve digits follow, which depend on all that the page holds."""
+"""Prefix of the folder of parts; twelve digits follow, a hash of all contents of the page."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class FolderPage:
 
     Attributes:
         index: Content of `index.html`.
-        place: The folder in which the parts lie, beside `index.html`; no other page has one of this name.
+        place: Name of the folder of the parts, beside `index.html`; it is unique to the contents.
         parts: Content of each part, by its path in that folder.
     """
 
@@ -38,27 +38,31 @@ class FolderPage:
 
 
 def one_file(title: str, data: bytes) -> bytes:
-    """Make a page that opens by itself.
+    """Makes a page in a single file.
 
     Args:
-        title: Its title, in plain text.
-        data: What it plays, zipped.
+        title: Title of the page, plain text.
+        data: Contents of the page, zipped.
     """
     modules = json.dumps(_sources(), sort_keys=True).encode()
-    held = {"modules": gzip_bytes(modules), "contents": data, "kernels": gzip_bytes((_PAGE / "kernels.wasm").read_bytes())}
+    embedded = {
+        "modules": gzip_bytes(modules),
+        "contents": data,
+        "kernels": gzip_bytes((_PAGE / "kernels.wasm").read_bytes()),
+    }
     scripts = [
         f'<script type="application/octet-stream" id="{name}">{base64.b64encode(content).decode()}</script>'
-        for name, content in held.items()
+        for name, content in embedded.items()
     ]
     return _html(title, "\n".join([*scripts, f"<script>\n{_text('boot_file.js')}</script>"]))
 
 
 def folder_page(title: str, data: bytes) -> FolderPage:
-    """Make a page for a static web host.
+    """Makes a page for a static web host.
 
     Args:
-        title: Its title, in plain text.
-        data: What it plays, zipped.
+        title: Title of the page, plain text.
+        data: Contents of the page, zipped.
     """
     own = {
         f"js/{name.removeprefix('hemline/')}": text for name, text in _sources().items() if name.startswith("hemline/")
@@ -74,7 +78,7 @@ def folder_page(title: str, data: bytes) -> FolderPage:
 
 
 def gzip_bytes(content: bytes) -> bytes:
-    """Zip bytes; equal bytes give equal ones."""
+    """Compresses bytes with gzip; equal inputs give equal outputs."""
     return gzip.compress(content, 9, mtime=0)
 
 
@@ -86,7 +90,7 @@ def _index(title: str, place: str) -> bytes:
 
 
 def _sources() -> dict[str, str]:
-    """All modules by the names that import them."""
+    """Returns the text of all modules, by the names under which they are imported."""
     own = {
         f"hemline/{each.name}": each.read_text("utf-8")
         for each in (_PAGE / "js").iterdir()
@@ -97,13 +101,13 @@ def _sources() -> dict[str, str]:
 
 
 def _html(title: str, boot: str) -> bytes:
-    held = {"title": escape(title), "style": _text("page.css"), "boot": boot}
-    return _fill(_text("page.html"), held).encode("utf-8", "replace")  # a title from undecodable bytes has "?"
+    values = {"title": escape(title), "style": _text("page.css"), "boot": boot}
+    return _fill(_text("page.html"), values).encode("utf-8", "replace")  # a title from undecodable bytes has "?"
 
 
-def _fill(template: str, held: Mapping[str, str]) -> str:
-    """Fill in what a template names in double braces, once: braces in what is filled in stay as they are."""
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: held[found[1]], template)
+def _fill(template: str, values: Mapping[str, str]) -> str:
+    """Replaces names in double braces by their values, in one pass: braces in the values remain."""
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: values[match[1]], template)
 
 
 def _text(name: str) -> str:

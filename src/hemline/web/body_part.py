@@ -1,4 +1,4 @@
-"""What a page holds of the body."""
+"""Arrays of the body in a page."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ from .parts import short_numbers
 
 
 def body_part(shaped: ShapedBody, *, shapes: bool) -> dict[str, np.ndarray]:
-    """Mesh, joints and skin weights; the mesh is that of the shape.
+    """Returns mesh, joints and skin weights of a body in its shape.
 
     Args:
         shaped: The body.
-        shapes: Also what its betas do, so that the page can give it other shapes.
+        shapes: Whether to include the effect of betas, so that the page can change the shape.
     """
     body = shaped.body
     arrays = {

@@ -1,30 +1,30 @@
-"""Make `page/kernels.wasm` of `page/kernels.ts`: `python -m hemline.web.build FOLDER`, where npm put assemblyscript.
+"""Compiles `page/kernels.ts` to `page/kernels.wasm`: `python -m hemline.web.build node_modules`.
 
-Only who changes the kernels needs it; the result travels with the package.
+This is needed only after changes of the kernels, since the package contains the result.
 """
 
 import subprocess
 import sys
 from pathlib import Path
 
-from hemline.files import written_whole
+from hemline.files import atomic_write
 
 PAGE = Path(__file__).parent / "page"
 FLAGS = ("-O3", "--enable", "simd", "--runtime", "stub", "--importMemory", "--noAssert")
 
 
 def build(compiler: Path, out: Path) -> None:
-    """Compile the kernels.
+    """Compiles the kernels.
 
     Args:
-        compiler: The folder `node_modules` that holds assemblyscript.
+        compiler: The folder `node_modules` that contains assemblyscript.
         out: The file to write.
 
     Raises:
-        subprocess.CalledProcessError: The compiler failed; the file is as it was.
+        subprocess.CalledProcessError: The compiler failed; the file is unchanged.
     """
     command = ["node", str(compiler.resolve() / "assemblyscript/bin/asc.js"), "kernels.ts", *FLAGS, "--outFile"]
-    with written_whole(out) as temporary:
+    with atomic_write(out) as temporary:
         subprocess.run([*command, str(temporary)], cwd=PAGE, check=True)
 
 

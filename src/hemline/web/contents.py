@@ -1,4 +1,4 @@
-"""All that a page plays, as arrays and metadata: one body, some models, some clips."""
+"""The contents of a page as arrays and metadata: a body, models and clips."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,16 +19,16 @@ from .parts import PagePart
 from .ropes_part import ropes_part
 
 CLIP_FPS = 30.0
-"""Frames a second of the clips of a page."""
+"""Frames per second of the clips of a page."""
 
 
 @dataclass(frozen=True)
 class PageContents:
-    """What `page_contents` gives.
+    """Contents of a page.
 
     Attributes:
-        arrays: By name; a page reads them as they are.
-        metadata: What is no array.
+        arrays: Arrays by name.
+        metadata: All other data, as JSON values.
     """
 
     arrays: Mapping[str, np.ndarray]
@@ -38,15 +38,15 @@ class PageContents:
 def page_contents(
     models: Mapping[str, Animator | Wearable], clips: Mapping[str, Motion], body: ShapedBody
 ) -> PageContents:
-    """What a page of these models holds; what only a fit or the simulator needs is left out.
+    """Collects the contents of a page of models, without data that only a fit or the simulator needs.
 
     Args:
         models: Rope chains and close-fitting garments, by the names that the page shows.
-        clips: Motions, by the names that the page shows; resampled to 30 frames a second, placed by the page.
-        body: Who wears them. Close-fitting garments can be shown on its other shapes, rope chains on this one.
+        clips: Motions, by the names that the page shows; they are resampled to 30 frames per second.
+        body: The body that wears the garments. Close-fitting garments follow other shapes of it, rope chains do not.
 
     Raises:
-        BadInput: No model or no clip, or a model that a page cannot play.
+        BadInput: There is no model or no clip, or a page cannot play a model.
         BadModel: A model was fitted on another kind of body.
     """
     if not models or not clips:
@@ -57,15 +57,15 @@ def page_contents(
     arrays = {f"body.{name}": array for name, array in body_part(body, shapes=reshaped).items()}
     for index, part in enumerate(parts):
         arrays |= {f"models.{index}.{name}": array for name, array in part.arrays.items()}
-    told = []
+    clip_entries = []
     for index, (name, clip) in enumerate(clips.items()):
-        clip = clip.resampled(CLIP_FPS)
+        clip = clip.resample(CLIP_FPS)
         arrays |= {f"clips.{index}.rotations": clip.rotations, f"clips.{index}.translations": clip.translations}
-        told.append({"name": name, "fps": clip.fps, "leg_length": clip.leg_length})
+        clip_entries.append({"name": name, "fps": clip.fps, "leg_length": clip.leg_length})
     metadata = {
         "kind": "page",
         "models": [{"name": name, **part.metadata} for name, part in zip(models, parts, strict=True)],
-        "clips": told,
+        "clips": clip_entries,
         "notices": _notices(models.values(), clips.values(), body),
     }
     return PageContents(arrays, metadata)
@@ -84,7 +84,7 @@ def _part(name: str, model: Animator | Wearable, body: ShapedBody) -> PagePart:
 
 
 def _notices(models: Any, clips: Any, body: ShapedBody) -> list[str]:
-    """Whose body, models and motions these are, each once."""
+    """Returns the licences of body, models and motions, each once."""
     texts: Sequence[str] = [body.body.licence]
     texts += [text for model in models for text in model.licences]
     texts += [": ".join(filter(None, (clip.source, clip.licence))) for clip in clips]

@@ -1,7 +1,7 @@
-"""The list, among the parts of a page in a folder, of what hemline wrote: its bytes, and nothing else, are ours.
+"""The list of files that hemline wrote, stored among the parts of a page in a folder.
 
-A list may come from a stranger, with the folder that it lies in. So it is believed only in what cannot harm: names
-without a way out of its own folder, and there only files that have the very bytes that it names.
+A list may come from a stranger, together with its folder. So it is trusted only where it can do no harm: for names
+inside its own folder, and for files whose contents match their hash in the list.
 """
 
 import json
@@ -28,7 +28,7 @@ _PART = re.compile(r"(?:[A-Za-z0-9_]+/)?[A-Za-z0-9_][A-Za-z0-9_.]*")
 
 @dataclass(frozen=True)
 class FileList:
-    """What was written.
+    """Hashes of the files of a page.
 
     Attributes:
         index: SHA-256 of `index.html`.
@@ -39,19 +39,19 @@ class FileList:
     parts: Mapping[str, str]
 
     @classmethod
-    def of(cls, page: FolderPage) -> "WrittenList":
-        """The list of a page that is about to be written."""
+    def of(cls, page: FolderPage) -> "FileList":
+        """Returns the list of a page that is about to be written."""
         parts = {name: sha256(content).hexdigest() for name, content in page.parts.items()}
         return cls(sha256(page.index).hexdigest(), parts)
 
     @classmethod
-    def read(cls, place: Path) -> "WrittenList | None":
-        """The list in a folder of parts; None: there is none that can be believed."""
+    def read(cls, place: Path) -> "FileList | None":
+        """Reads the list in a folder of parts; returns None if there is no valid list."""
         try:
             if not is_file(place / LIST) or (place / LIST).stat().st_size > _LONGEST:
                 return None
-            told: Any = json.loads((place / LIST).read_bytes())
-            index, parts = (told["index"], told["parts"]) if told["kind"] == _KIND else (None, None)
+            entries: Any = json.loads((place / LIST).read_bytes())
+            index, parts = (entries["index"], entries["parts"]) if entries["kind"] == _KIND else (None, None)
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             return None
         if not isinstance(index, str) or not isinstance(parts, dict) or not all(map(_PART.fullmatch, parts)):
@@ -59,30 +59,30 @@ class FileList:
         return cls(index, parts)
 
     def as_bytes(self) -> bytes:
-        """Content of the file."""
-        told = {"kind": _KIND, "index": self.index, "parts": dict(self.parts)}
-        return (json.dumps(told, indent=1, sort_keys=True) + "\n").encode()
+        """Returns the content of the file."""
+        entries = {"kind": _KIND, "index": self.index, "parts": dict(self.parts)}
+        return (json.dumps(entries, indent=1, sort_keys=True) + "\n").encode()
 
 
 def part_folders(folder: Path) -> dict[Path, FileList]:
-    """Folders of parts beside an index, with their lists; links are none."""
-    found = {}
+    """Returns the folders of parts beside an index, with their lists; links are ignored."""
+    folders = {}
     for each in folder.iterdir():
         if _PLACE.fullmatch(each.name) and not each.is_symlink() and each.is_dir():
             listed = FileList.read(each)
             if listed is not None:
-                found[each] = listed
-    return found
+                folders[each] = listed
+    return folders
 
 
 def is_our_index(folder: Path) -> bool:
-    """Whether `index.html` is to the byte one that a list in the folder names."""
+    """Whether the bytes of `index.html` match a list in the folder."""
     index = folder / INDEX
     return is_file(index) and hash_of(index) in {each.index for each in part_folders(folder).values()}
 
 
 def remove_listed(place: Path, listed: FileList) -> None:
-    """Remove of a folder of parts what is listed and unchanged, then folders that are empty; the list itself last."""
+    """Removes listed and unchanged files from a folder of parts, then empty folders, and the list last."""
     for name, digest in listed.parts.items():
         part = place / name
         if not part.parent.is_symlink() and is_file(part) and hash_of(part) == digest:
@@ -97,7 +97,7 @@ def remove_listed(place: Path, listed: FileList) -> None:
 
 
 def is_file(path: Path) -> bool:
-    """Whether a regular file lies there, not by way of a link."""
+    """Whether a path is a regular file, not a link."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except OSError:
@@ -105,6 +105,6 @@ def is_file(path: Path) -> bool:
 
 
 def hash_of(path: Path) -> str:
-    """SHA-256 of a file, in hexadecimal digits."""
+    """Returns the SHA-256 of a file in hexadecimal digits."""
     with path.open("rb") as stream:
         return file_digest(stream, "sha256").hexdigest()

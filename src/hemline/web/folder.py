@@ -1,8 +1,8 @@
-"""A page in a folder that may hold other things: nothing is lost there, and visitors never meet half a page.
+"""Writing of a page into a folder that may contain other files: none of them is lost, and no visitor sees half a page.
 
-The parts of a page lie in a folder whose name depends on what they hold, so those of a new page come to lie beside
-those of the old one. `index.html`, replaced as a whole when all parts are there, decides which page is shown. Only then
-do the parts of the old page go, those that hemline wrote and nobody changed.
+The parts of a page are in a folder whose name is a hash of their contents, so the parts of a new page are written
+beside those of the old one. `index.html` is replaced as a whole when all parts are there. Only then are the parts of
+the old page removed, as far as hemline wrote them and nobody changed them.
 """
 
 import os
@@ -11,20 +11,20 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from hemline.errors import BadOutput
-from hemline.files import check_folder, written_together, written_whole
+from hemline.files import atomic_write, atomic_writes, check_folder
 from hemline.files.atomic import make_names_lasting
-from hemline.files.waiting import held, release
+from hemline.files.waiting import release_lock, take_lock
 
 from .assemble import FolderPage
 from .file_list import INDEX, LIST, FileList, hash_of, is_file, is_our_index, part_folders, remove_listed
 
 
 def check_page_folder(path: Path) -> None:
-    """Refuse a folder that no page can be written to; nothing is made.
+    """Refuses a folder to which no page can be written; nothing is created.
 
     Raises:
-        BadOutput: It is the root or the home folder, it cannot be made or written to, or its `index.html` is not one
-            that hemline wrote, or was changed since.
+        BadOutput: It is the root or the home folder, it cannot be created or written to, or hemline did not write its
+            `index.html`, or that was changed since.
     """
     folder = Path(os.path.realpath(path))
     if folder in (Path(folder.anchor), Path(os.path.realpath(os.path.expanduser("~")))):
@@ -41,13 +41,14 @@ def check_page_folder(path: Path) -> None:
 
 
 def write_page_folder(path: Path, page: FolderPage) -> tuple[Path, ...]:
-    """Write a page into a folder, made if need be; of what lies there, only an earlier page goes.
+    """Writes a page into a folder, which is created if needed; only an earlier page in it is removed.
 
     Returns:
         The files of the page.
 
     Raises:
-        BadOutput: As `check_page_folder`; or another hemline is writing a page there, or links lie where parts must.
+        BadOutput: See `check_page_folder`; or another hemline is writing a page there, or there are links in the place
+            of parts.
     """
     folder, listed = Path(os.path.realpath(path)), FileList.of(page)
     place, contents = folder / page.place, {LIST: listed.as_bytes()} | dict(page.parts)
@@ -56,12 +57,12 @@ def write_page_folder(path: Path, page: FolderPage) -> tuple[Path, ...]:
             check_page_folder(path)
             earlier = {each: old for each, old in part_folders(folder).items() if each != place}
             with _create_part_folders(place, listed):
-                with written_together([place / name for name in contents], waiting_in=folder) as temporaries:
+                with atomic_writes([place / name for name in contents], waiting_in=folder) as temporaries:
                     for temporary, content in zip(temporaries, contents.values(), strict=True):
                         temporary.write_bytes(content)
                 for each in (place, folder):
                     make_names_lasting(each)
-                with written_whole(folder / INDEX) as temporary:
+                with atomic_write(folder / INDEX) as temporary:
                     temporary.write_bytes(page.index)
             for each, old in earlier.items():
                 with suppress(OSError):  # the new page is there; the next one tries again
@@ -73,7 +74,7 @@ def write_page_folder(path: Path, page: FolderPage) -> tuple[Path, ...]:
 
 @contextmanager
 def _create_folder(folder: Path) -> Iterator[None]:
-    """Make a folder; where the work in it fails, folders that were made and are empty go again."""
+    """Creates a folder; if the work in it fails, folders that were created and are empty are removed."""
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -89,21 +90,21 @@ def _create_folder(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _lock_folder(folder: Path) -> Iterator[None]:
-    """Keep other hemlines from writing a page into a folder, or refuse where one does."""
+    """Locks a folder against other hemlines that write a page, or refuses where one does."""
     try:
-        lock = held(folder)
+        lock = take_lock(folder)
     except BlockingIOError as error:
         got = "another hemline, which writes a page there"
         raise BadOutput(f"cannot write {folder}", got, "wait until it has ended") from error
     try:
         yield
     finally:
-        release(lock)
+        release_lock(lock)
 
 
 @contextmanager
 def _create_part_folders(place: Path, listed: FileList) -> Iterator[None]:
-    """Make the folders of the parts; where the work fails before `index.html` leads to them, parts that are new go."""
+    """Creates the folders of the parts; if the work fails before `index.html` refers to them, removes new parts."""
     new = not place.exists()
     folders = [place, *(place / name for name in sorted({name.split("/")[0] for name in listed.parts if "/" in name}))]
     for each in (*folders, *(place / name for name in (LIST, *listed.parts))):

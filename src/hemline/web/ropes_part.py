@@ -1,12 +1,10 @@
-"""What a page holds of rope chains, made ready for one shape of the body."""
+"""Arrays and metadata of rope chains in a page, for one shape of the body."""
 
 import numpy as np
 
 from hemline.animators.ropes import AnimatorRopes
 from hemline.animators.ropes.bones.bones import margins_of
 from hemline.bodies import ShapedBody
-from hemline.collide.primitives.primitive_kernels import ROUND_CONE
-from hemline.errors import BadInput
 
 from .parts import PagePart, basis_arrays, nearest_skin, short_numbers
 
@@ -15,20 +13,18 @@ _DERIVED = ("rest_tensions", "rest_loads", "inverse_masses", "margins", "across"
 
 
 def ropes_part(model: AnimatorRopes, body: ShapedBody) -> PagePart:
-    """Chains, networks and bases as they are; rest drape, roots and colliders as `start` puts them on this body.
+    """Returns chains, networks and bases, with rest drape, roots and colliders as `start` places them on this body.
 
     Args:
         model: The model.
-        body: The body that wears it.
+        body: The body that wears the garment.
 
     Raises:
-        BadInput: Another body than that of the fit, or colliders that are no rounded cones.
+        BadInput: The body is not that of the fit.
     """
     posed, ropes = body.posed(body.rest_pose), model.ropes
     state = model.start(posed)
     moving, cones = state.bones.ropes, ropes.proxy
-    if (cones.kinds != ROUND_CONE).any():
-        raise BadInput("a page knows rounded cones as colliders", "ellipsoids or boxes", "fit the model again")
     shift = body.joints[ropes.key_index] - ropes.proxy.pivots[ropes.key_index]
     chains = {name: getattr(ropes.chains, name) for name in (*_CHAINS, *_DERIVED)} | {
         "gentle_substep": np.array([min(ropes.chains.gentle_substep, 1e30)]),

@@ -1,12 +1,12 @@
-"""A page as one file or in a folder, written whole or not at all."""
+"""Writing of a page, as one file or into a folder, whole or not at all."""
 
 from pathlib import Path
 
 from hemline.errors import BadOutput
-from hemline.files import check_writable, written_whole
+from hemline.files import atomic_write, check_writable
 from hemline.files.tensors import tensor_bytes
 
-from .assemble import folder_page, one_file, gzip_bytes
+from .assemble import folder_page, gzip_bytes, one_file
 from .contents import PageContents
 from .folder import check_page_folder, write_page_folder
 
@@ -15,13 +15,13 @@ MEGABYTE = 1_000_000
 
 
 def check_page(path: str | Path) -> None:
-    """Refuse a path that no page can be written to, before the work is done.
+    """Refuses a path to which no page can be written, before any work is done.
 
     Args:
         path: A file that ends in `.html`, or a folder.
 
     Raises:
-        BadOutput: Another ending, or it cannot be written, or the folder's `index.html` is not hemline's.
+        BadOutput: The path has another ending or cannot be written, or hemline did not write the `index.html` in it.
     """
     path = Path(path)
     if path.suffix.lower() == PAGE_ENDING:
@@ -37,21 +37,21 @@ def check_page(path: str | Path) -> None:
 def write_page(
     path: str | Path, contents: PageContents, *, title: str, most_mb: float | None = None
 ) -> tuple[Path, ...]:
-    """Write a page that plays models with no server.
+    """Writes a page that plays models without a server.
 
     Args:
-        path: A file that ends in `.html`, which opens by itself; or a folder, made if need be, for a static web host.
-            What else lies in the folder stays; a page that hemline wrote there before is replaced.
-        contents: What it plays.
-        title: Its title, in plain text.
-        most_mb: Refuse to write more than this [1,000,000 bytes]; None: any size.
+        path: A file that ends in `.html`, or a folder for a static web host, which is created if needed. Other files in
+            the folder are kept; a page that hemline wrote there before is replaced.
+        contents: Contents of the page.
+        title: Title of the page, plain text.
+        most_mb: Largest size of the page [1,000,000 bytes]; None: any size.
 
     Returns:
         The files written.
 
     Raises:
-        BadOutput: The page is larger than asked, the path has another ending or cannot be written, or the folder's
-            `index.html` is not one that hemline wrote.
+        BadOutput: The page is too large, the path has another ending or cannot be written, or hemline did not write the
+            `index.html` in the folder.
     """
     path = Path(path)
     check_page(path)
@@ -59,7 +59,7 @@ def write_page(
     if path.suffix.lower() == PAGE_ENDING:
         content = one_file(title, data)
         _check_size(len(content), most_mb)
-        with written_whole(path) as temporary:
+        with atomic_write(path) as temporary:
             temporary.write_bytes(content)
         return (path,)
     page = folder_page(title, data)

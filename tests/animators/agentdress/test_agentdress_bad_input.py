@@ -20,14 +20,14 @@ from hemline.files import read_tensors, write_tensors
 from hemline.motions import Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.playback import Player
-from tests.animators import dressed_by_formula as made
+from tests.animators import formula_garment as made
 
 STILL = AgentDressConfig(decay_seconds=0.0)
 
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
-    return fit(made.dataset(tmp_path_factory.mktemp("anchors"), 12, singles=12), STILL)
+    return fit(made.make_dataset(tmp_path_factory.mktemp("anchors"), 12, singles=12), STILL)
 
 
 @pytest.fixture
@@ -51,20 +51,20 @@ def on(betas):
     return shaped.posed(shaped.rest_pose)
 
 
-def played(model, pose):
+def play_pose(model, pose):
     posed = made.body().posed(pose)
     return model.step(model.start(posed), posed, 1 / 30)
 
 
-def said(capsys):
-    """What a command said on stderr, line by line."""
+def error_lines(capsys):
+    """Returns the lines that a command printed on stderr."""
     return capsys.readouterr().err.splitlines()
 
 
 # --- betas
 
 
-def test_betas_half_as_far_again_as_those_of_the_fit_are_believed_and_others_warned_of(model):
+def test_betas_beyond_one_and_a_half_times_the_fit_cause_a_warning(model):
     known: object = model
     assert isinstance(known, Bounded) and model.beta_range == (-3, 3)
     for betas in ((3.0, -3.0), (0.0, 0.0, 0.0, 0.0, 0.0, 3.0)):
@@ -75,14 +75,14 @@ def test_betas_half_as_far_again_as_those_of_the_fit_are_believed_and_others_war
         assert np.isfinite(vertices).all()
 
 
-def test_the_range_is_that_of_the_shapes_that_were_settled(tmp_path):
-    found = fit(made.dataset(tmp_path / "data", 6, shapes=[(), (-1.0,), (1.0,), (0.0, -1.0), (0.0, 1.0)]), STILL)
+def test_the_range_is_that_of_the_draped_shapes(tmp_path):
+    found = fit(made.make_dataset(tmp_path / "data", 6, shapes=[(), (-1.0,), (1.0,), (0.0, -1.0), (0.0, 1.0)]), STILL)
     assert found.beta_range == (-1.5, 1.5)
     found.save(tmp_path / "model.safetensors")
     assert hemline.load(tmp_path / "model.safetensors").beta_range == (-1.5, 1.5)
 
 
-def test_a_file_of_before_is_read_and_a_range_that_is_none_refused(model, tmp_path):
+def test_an_earlier_file_is_read_and_an_invalid_range_refused(model, tmp_path):
     model.save(tmp_path / "model.safetensors")
     arrays, metadata = read_tensors(tmp_path / "model.safetensors", "model", error=BadModel)
     held = dict(metadata["agentdress"])
@@ -98,18 +98,18 @@ def test_a_file_of_before_is_read_and_a_range_that_is_none_refused(model, tmp_pa
 def test_commands_warn_of_betas_in_a_line_and_clamp_them_on_request(saved, capsys):
     asked = ["animate", saved, "-m", "short.safetensors"]
     assert main([*asked, "-o", "far.npz", "--betas", "5", "-1"]) == 0
-    far = [line for line in said(capsys) if "betas" in line]
+    far = [line for line in error_lines(capsys) if "betas" in line]
     assert len(far) == 1 and far[0].startswith("hemline: warning: ") and "got 5 -1; " in far[0]
     assert main([*asked, "-o", "clamped.npz", "--betas", "5", "-1", "--clamp-betas"]) == 0
     assert main([*asked, "-o", "near.npz", "--betas", "3", "-1"]) == 0
-    assert not [line for line in said(capsys) if "betas" in line]
+    assert not [line for line in error_lines(capsys) if "betas" in line]
     each = {name: np.load(f"{name}.npz")["vertices"] for name in ("far", "clamped", "near")}
     np.testing.assert_array_equal(each["clamped"], each["near"])
     assert np.abs(each["far"] - each["near"]).max() > 0.02
     assert main(["evaluate", saved, "-m", "short.safetensors", "--betas", "5", "--clamp-betas", "--json"]) == 0
-    assert not [line for line in said(capsys) if "betas" in line]
+    assert not [line for line in error_lines(capsys) if "betas" in line]
     assert main(["animate", "cape", "-m", "short.safetensors", "-o", "no.npz", "--clamp-betas"]) == 2
-    assert said(capsys) == [
+    assert error_lines(capsys) == [
         "hemline: --clamp-betas needs a model that knows its range of betas; got ropes; leave it out"
     ]
 
@@ -124,26 +124,26 @@ def test_commands_warn_of_betas_in_a_line_and_clamp_them_on_request(saved, capsy
     ],
 )
 @pytest.mark.parametrize("clamp", [(), ("--clamp-betas",)])
-def test_betas_of_no_body_are_refused_and_not_clamped(saved, capsys, betas, complaint, clamp):
+def test_invalid_betas_are_refused_and_not_clamped(saved, capsys, betas, complaint, clamp):
     for verb in (["animate", "-o", "no.npz"], ["evaluate"]):
         assert main([*verb, saved, "-m", "short.safetensors", "--betas", *betas, *clamp]) == 2
-        (line,) = said(capsys)
+        (line,) = error_lines(capsys)
         assert complaint in line
 
 
 # --- garments
 
 
-def test_a_loose_garment_is_told_at_the_fit_with_the_error_to_expect(tmp_path, monkeypatch, capsys):
-    close = fit(made.dataset(tmp_path / "close", 6), STILL)
+def test_a_loose_garment_causes_a_warning_with_the_error_to_expect(tmp_path, monkeypatch, capsys):
+    close = fit(made.make_dataset(tmp_path / "close", 6), STILL)
     assert close.figures["skin_distance_mm"] < 30
-    wide = made.base() * [1.6, 1.0, 1.6]
+    wide = made.rest_garment() * [1.6, 1.0, 1.6]
     monkeypatch.setattr(made, "base", lambda: wide)
-    made.dataset(tmp_path / "loose", 6)
+    made.make_dataset(tmp_path / "loose", 6)
     assert (
         main(["fit", str(tmp_path / "loose"), "--animator", "agentdress", "-o", str(tmp_path / "m.safetensors")]) == 0
     )
-    (line,) = said(capsys)
+    (line,) = error_lines(capsys)
     figures = hemline.load(tmp_path / "m.safetensors").figures
     expected = figures["pose_left_out_mm"] + figures["shape_left_out_mm"]
     assert figures["skin_distance_mm"] > 1.5 * close.figures["skin_distance_mm"]
@@ -158,7 +158,7 @@ def test_a_loose_garment_is_told_at_the_fit_with_the_error_to_expect(tmp_path, m
         ({"edge_tension_p99": 0.2, "pinched": 63.0}, "is pinched .* 2 % of its vertices; got 10.0 %; expect errors"),
     ],
 )
-def test_a_tight_garment_is_told_at_the_fit(tmp_path, monkeypatch, figures, complaint):
+def test_a_tight_garment_causes_a_warning(tmp_path, monkeypatch, figures, complaint):
     """What the simulation wrote beside its settled garments; on the largest body it is worst."""
     plain = made.anchor
 
@@ -168,13 +168,13 @@ def test_a_tight_garment_is_told_at_the_fit(tmp_path, monkeypatch, figures, comp
 
     monkeypatch.setattr(made, "anchor", settled)
     with pytest.warns(HemlineWarning, match=complaint) as told:
-        fit(made.dataset(tmp_path / "tight", 6), STILL)
+        fit(made.make_dataset(tmp_path / "tight", 6), STILL)
     assert len(told) == 1
 
 
-def test_few_anchors_are_told_and_still_play(tmp_path):
+def test_few_anchors_cause_a_warning_and_play(tmp_path):
     """Two anchors: fewer than the five that a fit asks for, and than there are regions."""
-    data = made.dataset(tmp_path / "two", 2)
+    data = made.make_dataset(tmp_path / "two", 2)
     with pytest.warns(
         HemlineWarning, match="needs 5 anchors and more to tell what shapes do in other poses; got 2; expect"
     ):
@@ -182,17 +182,17 @@ def test_few_anchors_are_told_and_still_play(tmp_path):
     assert found.tables.regions.shape[1] > 2
     for number in (0, 1):
         pose = made.random_pose(number)
-        away = np.linalg.norm(played(found, pose)[1] - made.settled(pose), axis=1)
+        away = np.linalg.norm(play_pose(found, pose)[1] - made.lifted_garment(pose), axis=1)
         assert 1e3 * away.mean() < 3
-    _, vertices = played(found, made.random_pose(50))
+    _, vertices = play_pose(found, made.random_pose(50))
     assert np.isfinite(vertices).all() and np.abs(vertices).max() < 3
 
 
-def test_regions_in_which_anchors_do_not_differ_divide_by_nothing():
+def test_regions_without_differences_between_anchors_are_finite():
     """Poses that differ in a shoulder: in all, in two of five, and in none, as three regions see them."""
     regions, sensitivity = np.eye(3), np.zeros((3, 24, 3))
     sensitivity[0, made.SHOULDER], sensitivity[1, made.ELBOW], sensitivity[2, made.SPINE] = 0.2, 0.3, 0.4
-    rotations = np.repeat(made.tpose().rotations[None].astype(np.float64), 5, axis=0)
+    rotations = np.repeat(made.t_pose().rotations[None].astype(np.float64), 5, axis=0)
     rotations[:, made.SHOULDER] = from_axis_angle(np.linspace(0, 1, 5)[:, None] * [[0.0, 0.0, 1.0]])
     rotations[4, made.ELBOW] = from_axis_angle(np.array([0.0, 0.5, 0.0]))
     found = _axes(regions, sensitivity, rotations)
@@ -203,10 +203,10 @@ def test_regions_in_which_anchors_do_not_differ_divide_by_nothing():
 
 
 def test_one_anchor_is_refused_in_a_line(tmp_path, capsys):
-    made.dataset(tmp_path / "one", 1)
+    made.make_dataset(tmp_path / "one", 1)
     model = tmp_path / "m.safetensors"
     assert main(["fit", str(tmp_path / "one"), "--animator", "agentdress", "-o", str(model)]) == 2
-    (line,) = said(capsys)
+    (line,) = error_lines(capsys)
     assert "fewer than two anchors on all shapes; got 1; run 'hemline drape --anchors' to its end" in line
     assert not model.exists()
 
@@ -215,8 +215,8 @@ def test_one_anchor_is_refused_in_a_line(tmp_path, capsys):
 
 
 def test_anchors_of_another_body_are_refused(tmp_path):
-    data = made.dataset(tmp_path / "data", 2)
-    extra = made.anchor(made.anchored(made.random_pose(7)), ())
+    data = made.make_dataset(tmp_path / "data", 2)
+    extra = made.anchor(made.anchor_pose(made.random_pose(7)), ())
     data.add(replace(extra, inputs={**extra.inputs, "body": stranger().hash}))
     with pytest.raises(BadDataset, match=f"made on another body than anny24 .*; got {stranger().hash}; put that body"):
         fit(data, STILL)
@@ -226,7 +226,7 @@ def test_a_dataset_of_an_unknown_body_is_refused_in_a_line(tmp_path, capsys):
     create(tmp_path / "data", replace(made.shirt(), body_name="nobody.npz"))
     model = tmp_path / "m.safetensors"
     assert main(["fit", str(tmp_path / "data"), "--animator", "agentdress", "-o", str(model)]) == 2
-    (line,) = said(capsys)
+    (line,) = error_lines(capsys)
     assert "nobody.npz" in line and not model.exists()
     with pytest.raises(BadBody, match="nobody.npz"):
         fit(open_dataset(tmp_path / "data"), STILL)
@@ -238,7 +238,7 @@ def test_a_model_on_another_body_is_refused_in_a_line(model, saved, capsys):
     bodies.write("stranger.safetensors", stranger())
     words = ["animate", saved, "-m", "short.safetensors", "-o", "no.npz", "--body", "stranger.safetensors"]
     assert main(words) == 2
-    (line,) = said(capsys)
+    (line,) = error_lines(capsys)
     assert "was fitted on body 'anny24'; got body 'stranger.safetensors'; load that body, or fit again" in line
 
 
@@ -248,7 +248,7 @@ def test_a_folder_of_another_garment_is_left_as_it_is(tmp_path, monkeypatch, cap
     create("data", napkin)
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "data").rglob("*")}
     assert main(["drape", "tshirt-light", "-o", "data", "--anchors", "2", "-m", "walk"]) == 2
-    (line,) = said(capsys)
+    (line,) = error_lines(capsys)
     assert "data was made for another garment; got napkin" in line and "choose another folder" in line
     assert {path: path.stat().st_mtime_ns for path in (tmp_path / "data").rglob("*")} == before
 
@@ -262,22 +262,22 @@ def test_novelty_is_the_distance_to_the_nearest_pose_of_the_fit(model):
     for number in (3, 70):
         pose = made.random_pose(number)
         turns = axes_between(
-            made.anchored(pose).rotations[None].astype(np.float64), tables.rotations.astype(np.float64)
+            made.anchor_pose(pose).rotations[None].astype(np.float64), tables.rotations.astype(np.float64)
         )
         apart = region_distances(turns, tables.axes.astype(np.float64))[0]
         plain = np.sqrt(sum(tables.regions[:, g].mean() * apart[g].min() for g in range(len(apart))))
-        found = model.novelty(played(model, pose)[0])
+        found = model.novelty(play_pose(model, pose)[0])
         assert found == pytest.approx(plain, abs=2e-3)
         assert (found < 2e-3) == (number == 3)
     assert np.isnan(model.novelty(model.start(on(()))))
 
 
-def test_novelty_knows_no_heading_and_no_place(model):
+def test_novelty_does_not_depend_on_heading_and_place(model):
     pose = made.random_pose(71)
     rotations = pose.rotations.astype(np.float64)
     rotations[0] = multiply(from_axis_angle(np.array([0.0, 2.0, 0.0])), rotations[0])
     there = Pose(rotations, pose.translation + [1.0, 0.0, -2.0])
-    one, two = (model.novelty(played(model, each)[0]) for each in (pose, there))
+    one, two = (model.novelty(play_pose(model, each)[0]) for each in (pose, there))
     assert one == pytest.approx(two, rel=1e-4)
 
 
@@ -287,17 +287,17 @@ def test_errors_grow_with_novelty(model):
     for number in range(100, 140):
         random, reach = np.random.default_rng(number), 0.3 + 0.04 * (number - 100)
         joints = (made.ELBOW, made.SHOULDER, made.SPINE)
-        pose = made.turned(*((joint, tuple(random.uniform(-reach, reach, 3))) for joint in joints))
-        state, vertices = played(model, pose)
+        pose = made.turn_joints(*((joint, tuple(random.uniform(-reach, reach, 3))) for joint in joints))
+        state, vertices = play_pose(model, pose)
         novelties.append(model.novelty(state))
-        errors.append(np.linalg.norm(vertices - made.settled(pose), axis=1).mean())
+        errors.append(np.linalg.norm(vertices - made.lifted_garment(pose), axis=1).mean())
     beyond = np.array(novelties) > model.novelty_limit
     assert 5 < beyond.sum() < 35
     assert np.corrcoef(novelties, errors)[0, 1] > 0.6
     assert np.mean(np.array(errors)[beyond]) > 2 * np.mean(np.array(errors)[~beyond])
 
 
-def test_frames_hold_it_and_none_where_an_animator_cannot_tell(model):
+def test_frames_hold_the_novelty_of_animators_that_have_one(model):
     clip = motions.load("walk")[:3]
     player = Player.prepare(model, made.body())
     state, frame = player.step(player.start(clip[0], pre_roll=0.1), clip[1], 1 / 30)
@@ -306,7 +306,7 @@ def test_frames_hold_it_and_none_where_an_animator_cannot_tell(model):
     assert player.step(player.start(clip[0], pre_roll=0.1), clip[1], 1 / 30)[1].novelty is None
 
 
-def test_commands_say_how_many_frames_are_in_new_poses(saved, capsys):
+def test_commands_report_frames_in_new_poses(saved, capsys):
     """The model knows an arm and a spine that turn a little: a kick is far from all of that, its rest pose is not."""
     rest = made.body().rest_pose
     still = replace(
@@ -316,13 +316,13 @@ def test_commands_say_how_many_frames_are_in_new_poses(saved, capsys):
     )
     motions.write("still.safetensors", still)
     assert main(["animate", saved, "-m", "still.safetensors", "-o", "still.npz"]) == 0
-    assert said(capsys) == []
+    assert error_lines(capsys) == []
     assert main(["evaluate", saved, "-m", "dance", "--seconds", "0.3", "--json"]) == 0
-    (line,) = said(capsys)
+    (line,) = error_lines(capsys)
     assert line.startswith("hemline: warning: ") and "frames are in poses unlike all that 'tshirt-light'" in line
 
 
-def test_a_warning_is_a_line_and_other_warnings_go_their_own_way(model, saved, monkeypatch, capsys):
+def test_a_warning_is_a_line_and_other_warnings_are_unchanged(model, saved, monkeypatch, capsys):
     from hemline.cli import model as opened
 
     plain = opened.open_model

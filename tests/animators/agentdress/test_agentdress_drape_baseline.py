@@ -1,4 +1,4 @@
-"""What the DRAPE baseline must hold: gradients and vertices are each other's inverse, and no frame is preferred."""
+"""The DRAPE baseline: gradients and vertices are inverse to each other, and no frame is preferred."""
 
 import numpy as np
 import pytest
@@ -18,8 +18,8 @@ def sheet() -> tuple[np.ndarray, np.ndarray]:
     return np.stack([np.cos(2 * u), v, np.sin(2 * u)], axis=1), faces.astype(np.int32)
 
 
-def worn() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Garments on shapes with faces and betas: wider, longer and with noise of its own each."""
+def make_garments() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Returns garments of different width, length and noise, with faces and betas."""
     mean, faces = sheet()
     random = np.random.default_rng(3)
     betas = np.concatenate([np.zeros((1, 2)), random.normal(size=(6, 2))])
@@ -35,7 +35,7 @@ def model(garments: np.ndarray, faces: np.ndarray, betas: np.ndarray, components
 
 
 def test_gradients_of_a_garment_lead_back_to_it():
-    garments, faces, _ = worn()
+    garments, faces, _ = make_garments()
     poisson = Poisson.of(garments[0], faces)
     found = poisson.vertices(poisson.gradients(garments), garments.mean(axis=1))
     np.testing.assert_allclose(found, garments, atol=1e-12)
@@ -44,7 +44,7 @@ def test_gradients_of_a_garment_lead_back_to_it():
 @pytest.mark.parametrize("by_area", [True, False])
 def test_with_all_components_and_free_weights_fitted_garments_come_back(by_area):
     """As many features as garments less one: the regression goes through all of them."""
-    garments, faces, betas = worn()
+    garments, faces, betas = make_garments()
     garments, betas = garments[:5], betas[:5]
     poisson = Poisson.of(garments[0], faces)
     options = {"ridge": 1e-12, "squares": True, "by_area": by_area}
@@ -57,19 +57,19 @@ def test_with_all_components_and_free_weights_fitted_garments_come_back(by_area)
 def test_gradients_of_a_linear_map_are_that_map_within_the_triangles():
     mean, faces = sheet()
     stretch = np.diag([1.3, 0.8, 1.1])
-    told = Poisson.of(mean, faces).gradients((mean @ stretch.T)[None])[0]
+    gradients = Poisson.of(mean, faces).gradients((mean @ stretch.T)[None])[0]
     edge = mean[faces[:, 2]] - mean[faces[:, 0]]
-    np.testing.assert_allclose(np.einsum("fij,fj->fi", told, edge), edge @ stretch.T, atol=1e-12)
+    np.testing.assert_allclose(np.einsum("fij,fj->fi", gradients, edge), edge @ stretch.T, atol=1e-12)
     np.testing.assert_allclose(
         Poisson.of(mean, faces).gradients((mean @ TURN.T + SHIFT)[None])[0], [TURN] * len(faces), atol=1e-9
     )
 
 
-def test_garments_moved_rigidly_are_told_as_much_moved():
-    garments, faces, betas = worn()
-    asked = np.array([[0.5, -0.3], [-1.0, 2.0]])
-    found = model(garments, faces, betas, 3).at(asked)
-    moved = model(garments @ TURN.T + SHIFT, faces, betas, 3).at(asked)
+def test_rigidly_moved_garments_are_predicted_with_the_same_motion():
+    garments, faces, betas = make_garments()
+    wanted_gradients = np.array([[0.5, -0.3], [-1.0, 2.0]])
+    found = model(garments, faces, betas, 3).at(wanted_gradients)
+    moved = model(garments @ TURN.T + SHIFT, faces, betas, 3).at(wanted_gradients)
     np.testing.assert_allclose(moved, found @ TURN.T + SHIFT, atol=1e-9)
 
 
@@ -77,21 +77,21 @@ def test_no_other_vertices_fit_gradients_of_no_garment_better():
     """The minimum of the sum of squares, by trying its neighbours."""
     mean, faces = sheet()
     poisson, random = Poisson.of(mean, faces), np.random.default_rng(5)
-    asked = np.eye(3) + 0.3 * random.normal(size=(1, len(faces), 3, 3))
-    found = poisson.vertices(asked, np.zeros((1, 3)))[0]
+    wanted_gradients = np.eye(3) + 0.3 * random.normal(size=(1, len(faces), 3, 3))
+    found = poisson.vertices(wanted_gradients, np.zeros((1, 3)))[0]
     area = 0.5 * np.linalg.norm(
         np.cross(mean[faces[:, 1]] - mean[faces[:, 0]], mean[faces[:, 2]] - mean[faces[:, 0]]), axis=1
     )
 
-    def missed(vertices: np.ndarray) -> float:
+    def squared_error(vertices: np.ndarray) -> float:
         total = 0.0
         for corner in (1, 2):
-            wanted = np.einsum("fij,fj->fi", asked[0], mean[faces[:, corner]] - mean[faces[:, 0]])
+            wanted = np.einsum("fij,fj->fi", wanted_gradients[0], mean[faces[:, corner]] - mean[faces[:, 0]])
             total += area @ ((vertices[faces[:, corner]] - vertices[faces[:, 0]] - wanted) ** 2).sum(axis=1)
         return float(total)
 
     for _ in range(20):
-        assert missed(found) < missed(found + 1e-4 * random.normal(size=found.shape))
+        assert squared_error(found) < squared_error(found + 1e-4 * random.normal(size=found.shape))
 
 
 def test_a_garment_in_two_parts_is_refused():

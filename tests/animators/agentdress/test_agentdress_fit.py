@@ -20,14 +20,14 @@ from hemline.errors import BadDataset, BadInput, BadModel
 from hemline.files import read_tensors, write_tensors
 from hemline.motions import Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
-from tests.animators import dressed_by_formula as made
+from tests.animators import formula_garment as made
 
 STILL = AgentDressConfig(decay_seconds=0.0, clearance=0.0)
 
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory):
-    return made.dataset(tmp_path_factory.mktemp("anchors"), 24)
+    return made.make_dataset(tmp_path_factory.mktemp("anchors"), 24)
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def model(dataset):
     return fit(dataset, STILL)
 
 
-def worn(model, pose, betas=()):
+def play_pose(model, pose, betas=()):
     posed = made.body().body.shaped(np.asarray(betas, np.float32)).posed(pose)
     return model.step(model.start(posed), posed, 1 / 30)[1]
 
@@ -44,45 +44,47 @@ def mean_mm(one, other):
     return 1e3 * float(np.linalg.norm(one - other, axis=1).mean())
 
 
-def skinned(pose):
-    """The rest garment, skinned: the baseline."""
+def skin_rest(pose):
+    """Returns the skinned rest garment, a baseline."""
     rest = made.formula(made.body().rest_pose, ())
-    return made.binding().skin(made.body().posed(pose).transforms, made.base(), rest)
+    return made.binding().skin(made.body().posed(pose).transforms, made.rest_garment(), rest)
 
 
-def test_poses_that_nobody_settled_are_nearer_than_skinning(model):
+def test_new_poses_err_less_than_skinning(model):
     ours, theirs = [], []
     for number in range(100, 110):
         pose = made.random_pose(number)
-        truth = made.settled(pose)
-        ours.append(mean_mm(worn(model, pose), truth))
-        theirs.append(mean_mm(skinned(pose), truth))
+        truth = made.lifted_garment(pose)
+        ours.append(mean_mm(play_pose(model, pose), truth))
+        theirs.append(mean_mm(skin_rest(pose), truth))
     assert np.mean(ours) < 0.5 * np.mean(theirs)
     assert np.mean(theirs) > 2
     assert model.figures["pose_left_out_mm"] < 0.6 * model.figures["pose_left_out_skinned_mm"]
 
 
-def test_more_anchors_and_more_poses_of_the_mean_shape_tell_more(model, tmp_path):
-    few = fit(made.dataset(tmp_path / "few", 5), STILL)
-    beside = fit(made.dataset(tmp_path / "beside", 5, singles=19), STILL)
+def test_more_anchors_and_single_poses_reduce_the_error(model, tmp_path):
+    few = fit(made.make_dataset(tmp_path / "few", 5), STILL)
+    beside = fit(made.make_dataset(tmp_path / "beside", 5, singles=19), STILL)
     assert beside.figures["anchors"] == 5 and beside.figures["poses"] == 24
     poses = [made.random_pose(number) for number in range(100, 110)]
-    errors = [np.mean([mean_mm(worn(each, p), made.settled(p)) for p in poses]) for each in (few, beside, model)]
+    errors = [
+        np.mean([mean_mm(play_pose(each, p), made.lifted_garment(p)) for p in poses]) for each in (few, beside, model)
+    ]
     assert errors[1] < 0.7 * errors[0] and errors[2] < 0.7 * errors[0]
 
 
 @pytest.mark.parametrize("betas", [(1.5,), (-0.7, 1.2), (0.0, -2.0)])
-def test_shapes_are_told_in_every_pose(model, betas):
+def test_shapes_are_predicted_in_every_pose(model, betas):
     """Linear and square effects of the shape, in poses and on shapes that nobody settled; skinning alone beside it."""
     for number in (3, 104):
         pose = made.random_pose(number)
-        truth = made.settled(pose, betas)
+        truth = made.lifted_garment(pose, betas)
         transforms = made.body().body.shaped(np.asarray(betas, np.float32)).posed(pose).transforms
-        without = made.binding().skin(transforms, made.base(), made.formula(pose, ()))
-        assert mean_mm(worn(model, pose, betas), truth) < 0.35 * mean_mm(without, truth)
+        without = made.binding().skin(transforms, made.rest_garment(), made.formula(pose, ()))
+        assert mean_mm(play_pose(model, pose, betas), truth) < 0.35 * mean_mm(without, truth)
 
 
-def test_at_an_anchor_the_shape_model_of_that_anchor_speaks(dataset):
+def test_at_an_anchor_its_shape_model_applies(dataset):
     """Blended, with one neighbour, what the shape adds is `ShapeModel` of the anchor's garments, skinned (Eq. 3)."""
     model = fit(dataset, replace(STILL, shape_model="blended", neighbours=1, floor=1e-9, shape_modes=200))
     anchors = AnchorSet.of(dataset)
@@ -100,7 +102,9 @@ def test_at_an_anchor_the_shape_model_of_that_anchor_speaks(dataset):
         nearest = np.zeros((model.tables.regions.shape[1], len(model.tables.rotations)), np.float32) + 9
         nearest[:, number] = 0
         tables = model.tables
-        with_shape = model._basis_coefficients(nearest, state.effects) - model._basis_coefficients(nearest, still.effects)
+        with_shape = model._basis_coefficients(nearest, state.effects) - model._basis_coefficients(
+            nearest, still.effects
+        )
         digits = tables.basis.digits.reshape(-1, 3, with_shape.shape[1])
         found = np.einsum("vg,gk,vik->vi", tables.regions, with_shape, digits)
         wanted = (own.at(betas) - own.at(np.zeros((1, 2))))[0].reshape(-1, 3)
@@ -110,17 +114,17 @@ def test_at_an_anchor_the_shape_model_of_that_anchor_speaks(dataset):
         np.testing.assert_allclose(state.rest - still.rest, at_rest, atol=1e-5)  # half precision
 
 
-def test_turning_and_moving_the_root_takes_the_garment_along(model):
+def test_the_garment_moves_rigidly_with_the_root(model):
     pose = made.random_pose(101)
     turn, shift = from_axis_angle(np.array([0.0, 1.1, 0.0])), np.array([0.3, 0.2, -1.0])
     rotations = pose.rotations.astype(np.float64)
     rotations[0] = multiply(turn, rotations[0])
     there = Pose(rotations, pose.translation + shift)
-    wanted = (worn(model, pose) - pose.translation) @ to_matrix(turn).T + pose.translation + shift
-    np.testing.assert_allclose(worn(model, there), wanted, atol=2e-5)
+    wanted = (play_pose(model, pose) - pose.translation) @ to_matrix(turn).T + pose.translation + shift
+    np.testing.assert_allclose(play_pose(model, there), wanted, atol=2e-5)
 
 
-def test_the_pose_is_followed_in_time_whatever_the_frame_rate(dataset):
+def test_decay_does_not_depend_on_the_frame_rate(dataset):
     model = fit(dataset, replace(STILL, decay_seconds=0.1))
     first, second = (made.body().posed(made.random_pose(number)) for number in (100, 101))
     begun, _ = model.step(model.start(first), first, 1 / 30)
@@ -129,42 +133,42 @@ def test_the_pose_is_followed_in_time_whatever_the_frame_rate(dataset):
     twice, other = model.step(half, second, 1 / 30)
     np.testing.assert_allclose(twice.axes, once.axes, rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(other, vertices, atol=1e-5)
-    target = model._axes(made.anchored(made.random_pose(101)).rotations)
+    target = model._axes(made.anchor_pose(made.random_pose(101)).rotations)
     moved = np.abs(begun.axes - target) > 0.01
     kept = (once.axes - target)[moved] / (begun.axes - target)[moved]
     np.testing.assert_allclose(kept, np.exp(-2 / 3), rtol=1e-2)
 
 
-def test_half_way_it_is_between_the_poses(dataset):
+def test_decay_leads_between_the_poses(dataset):
     """Apollonius: a point between two is nearer to others than the mean of what the two are, by a quarter of theirs."""
     model = fit(dataset, replace(STILL, decay_seconds=0.1))
     ends = [made.body().posed(made.random_pose(number)) for number in (100, 101)]
     begun, _ = model.step(model.start(ends[0]), ends[0], 1 / 30)
     between, _ = model.step(begun, ends[1], 0.1 * np.log(2))
     arrived, _ = model.step(begun, ends[1], 1e3)
-    turns = axes_between(*(made.anchored(made.random_pose(number)).rotations[None] for number in (100, 101)))
+    turns = axes_between(*(made.anchor_pose(made.random_pose(number)).rotations[None] for number in (100, 101)))
     apart = region_distances(turns, model.tables.axes.astype(np.float64))[0]
     plain = (begun.distances + arrived.distances) / 2 - apart / 4
     np.testing.assert_allclose(between.distances, plain, rtol=1e-3, atol=1e-5)
 
 
-def test_settled_is_what_plays_without_a_past(model):
+def test_drape_is_a_step_without_history(model):
     """In a pose whose arms are lifted already: the garment of the anchors' protocol."""
-    pose = made.anchored(made.random_pose(102))
+    pose = made.anchor_pose(made.random_pose(102))
     posed = made.body().posed(pose)
-    truth = made.laid(pose)
-    assert mean_mm(model.settled(posed), truth) < 0.6 * mean_mm(skinned(pose), truth)
+    truth = made.garment_in_pose(pose)
+    assert mean_mm(model.drape(posed), truth) < 0.6 * mean_mm(skin_rest(pose), truth)
     # the same as what plays in the pose as it was, but for how far arms are lifted
     free = replace(model, tables=replace(model.tables, clearances=model.tables.clearances - 1))
     tables = free.tables
     binding = Binding(tables.indices, tables.weights, tables.nearest)
-    lifted = binding.offsets(posed.transforms, tables.rest, free.settled(posed))
+    lifted = binding.offsets(posed.transforms, tables.rest, free.drape(posed))
     hanging = made.random_pose(102)
-    handed_back = binding.offsets(made.body().posed(hanging).transforms, tables.rest, worn(free, hanging))
+    handed_back = binding.offsets(made.body().posed(hanging).transforms, tables.rest, play_pose(free, hanging))
     np.testing.assert_allclose(lifted, handed_back, atol=2e-5)
 
 
-def test_joints_that_move_nothing_choose_nothing(dataset, model):
+def test_joints_that_move_nothing_do_not_count(dataset, model):
     """A knee against a shoulder: 1e-3; and the sensitivity is what the cloth does beside its skin."""
     influence = model.tables.axes.reshape(-1, 24, 3).sum(axis=2)
     knee, shoulder = influence[:, 4].max(), influence[:, made.SHOULDER].max()
@@ -195,10 +199,10 @@ def test_the_kernel_equals_plain_numpy(dataset):
 
 @pytest.mark.parametrize("way", ["kernel", "blended"])
 @pytest.mark.parametrize("posing", [True, False])
-def test_what_regions_make_of_a_pose_equals_plain_numpy(dataset, way, posing):
+def test_basis_coefficients_equal_plain_numpy(dataset, way, posing):
     model = fit(dataset, replace(STILL, shape_model=way))
     effects = model.start(made.body().posed(made.random_pose(3))).effects
-    distances = model._distances(model._axes(made.anchored(made.random_pose(104)).rotations))
+    distances = model._distances(model._axes(made.anchor_pose(made.random_pose(104)).rotations))
     exact = distances.astype(np.float64)
     pose = np.einsum("gp,gpk->gk", kernel(exact, model.width), model.tables.pose_weights.astype(np.float64)) * posing
     anchors = exact[:, : effects.shape[1]]
@@ -209,17 +213,19 @@ def test_what_regions_make_of_a_pose_equals_plain_numpy(dataset, way, posing):
     shape = np.einsum("gs,gsk->gk", weights, np.broadcast_to(effects, (len(weights), *effects.shape[1:])))
     basis = model.tables.basis
     plain = np.concatenate([pose, shape], axis=1)[:, basis.modes] * basis.scales
-    np.testing.assert_allclose(model._basis_coefficients(distances, effects, posing=posing), plain, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(
+        model._basis_coefficients(distances, effects, posing=posing), plain, rtol=1e-5, atol=1e-9
+    )
 
 
-def test_distances_of_a_frame_are_those_of_the_fit(model):
-    pose = made.anchored(made.random_pose(103))
+def test_distances_in_a_frame_equal_those_of_the_fit(model):
+    pose = made.anchor_pose(made.random_pose(103))
     turns = axes_between(pose.rotations[None].astype(np.float64), model.tables.rotations.astype(np.float64))
     plain = region_distances(turns, model.tables.axes.astype(np.float64))[0]
     np.testing.assert_allclose(model._distances(model._axes(pose.rotations)), plain, rtol=1e-4, atol=1e-6)
 
 
-def test_cloth_is_kept_off_the_skin_as_far_as_in_the_anchors(dataset):
+def test_clearance_keeps_the_distance_of_the_anchors(dataset):
     model = fit(dataset, replace(STILL, clearance=0.005))
     deep = replace(model, tables=replace(model.tables, rest=model.tables.rest * np.float32(0.99)))
     free = replace(deep, tables=replace(deep.tables, clearances=fit(dataset, STILL).tables.clearances))
@@ -236,29 +242,29 @@ def test_cloth_is_kept_off_the_skin_as_far_as_in_the_anchors(dataset):
         beside = (away**2).sum(axis=1) - height**2 < 0.0299**2
         return beside & (height > tables.clearances - 0.0299) & (height < tables.clearances - 1e-5)
 
-    assert lacks(worn(free, pose)).sum() > 20
-    assert not lacks(worn(deep, pose)).any()
+    assert lacks(play_pose(free, pose)).sum() > 20
+    assert not lacks(play_pose(deep, pose)).any()
 
 
-def test_betas_that_no_anchor_has_take_the_garment_along_with_the_skin(model):
+def test_the_garment_follows_the_skin_for_betas_without_anchors(model):
     pose, betas = made.body().rest_pose, np.zeros(16, np.float32)
     betas[9] = 3.0
     shaped = made.body().body.shaped(betas)
-    moved = worn(model, pose, betas) - worn(model, pose)
+    moved = play_pose(model, pose, betas) - play_pose(model, pose)
     skin = (shaped.posed(pose).vertices - made.body().posed(pose).vertices)[model.tables.nearest]
     assert np.linalg.norm(skin, axis=1).max() > 5e-3
     assert np.linalg.norm(moved - skin, axis=1).mean() < 0.5 * np.linalg.norm(skin, axis=1).mean()
 
 
-def test_random_bodies_tell_what_the_other_betas_do(tmp_path):
+def test_random_bodies_teach_the_effect_of_the_other_betas(tmp_path):
     """Of bodies that nobody settled on, in poses that nobody settled in: the mean error is halved."""
     few, more = (
-        fit(made.dataset(tmp_path / name, 8, random_bodies=count), replace(STILL, mirror=False))
+        fit(made.make_dataset(tmp_path / name, 8, random_bodies=count), replace(STILL, mirror=False))
         for name, count in (("few", 0), ("more", 40))
     )
     errors = np.array(
         [
-            [mean_mm(worn(model, pose, betas), made.settled(pose, betas)) for model in (few, more)]
+            [mean_mm(play_pose(model, pose, betas), made.lifted_garment(pose, betas)) for model in (few, more)]
             for pose, betas in ((made.random_pose(n), made.random_body(n)) for n in range(100, 110))
         ]
     )
@@ -266,25 +272,25 @@ def test_random_bodies_tell_what_the_other_betas_do(tmp_path):
     assert few.figures["shapes"] == more.figures["shapes"] == len(made.SHAPES)
 
 
-def test_random_bodies_in_poses_beside_the_anchors_tell_as_well(tmp_path):
-    data = made.dataset(tmp_path / "beside", 8, singles=8)
+def test_random_bodies_in_single_poses_teach_too(tmp_path):
+    data = made.make_dataset(tmp_path / "beside", 8, singles=8)
     few = fit(data, STILL)
     for number in range(40):
-        data.add(made.anchor(made.anchored(made.random_pose(8 + number % 8)), made.random_body(number)))
+        data.add(made.anchor(made.anchor_pose(made.random_pose(8 + number % 8)), made.random_body(number)))
     anchors, more = AnchorSet.of(data), fit(data, STILL)
     assert sorted(anchors.other_poses) == list(anchors.other_poses) == sorted(8 + number % 8 for number in range(40))
     errors = [
-        np.mean([mean_mm(worn(model, p, b), made.settled(p, b)) for p, b in unseen])
+        np.mean([mean_mm(play_pose(model, p, b), made.lifted_garment(p, b)) for p, b in unseen])
         for model in (few, more)
         for unseen in [[(made.random_pose(n), made.random_body(n)) for n in range(100, 110)]]
     ]
     assert errors[1] < 0.5 * errors[0]
 
 
-def test_fewer_poses_keep_the_bodies_that_are_in_them(tmp_path):
-    data = made.dataset(tmp_path / "some", 4, singles=4)
+def test_a_subset_keeps_the_bodies_in_its_poses(tmp_path):
+    data = made.make_dataset(tmp_path / "some", 4, singles=4)
     for number in range(12):
-        data.add(made.anchor(made.anchored(made.random_pose(number % 8)), made.random_body(number)))
+        data.add(made.anchor(made.anchor_pose(made.random_pose(number % 8)), made.random_body(number)))
     anchors = AnchorSet.of(data)
     some = anchors.subset(np.array([2, 0]), np.array([3, 1]))
     rotations = np.concatenate([some.rotations, some.single_rotations])
@@ -296,15 +302,15 @@ def test_fewer_poses_keep_the_bodies_that_are_in_them(tmp_path):
         np.testing.assert_array_equal(offsets, anchors.other_offsets[same])
 
 
-def test_random_bodies_that_are_met_again_are_no_shapes_of_anchors(tmp_path):
+def test_repeated_random_bodies_are_not_shapes_of_anchors(tmp_path):
     """A folder that was draped into twice has the same random bodies in two poses each."""
-    data = made.dataset(tmp_path / "again", 5, random_bodies=4)
+    data = made.make_dataset(tmp_path / "again", 5, random_bodies=4)
     for number in range(4):
-        data.add(made.anchor(made.anchored(made.random_pose((number + 1) % 5)), made.random_body(number)))
+        data.add(made.anchor(made.anchor_pose(made.random_pose((number + 1) % 5)), made.random_body(number)))
     assert AnchorSet.of(data).offsets.shape[:2] == (5, len(made.SHAPES))
 
 
-def test_a_model_file_changes_no_bit_of_what_plays(model, tmp_path):
+def test_a_model_file_changes_no_bit_of_playback(model, tmp_path):
     model.save(tmp_path / "shirt.safetensors")
     once = hemline.load(tmp_path / "shirt.safetensors")
     once.save(tmp_path / "again.safetensors")
@@ -312,7 +318,7 @@ def test_a_model_file_changes_no_bit_of_what_plays(model, tmp_path):
     assert (tmp_path / "shirt.safetensors").read_bytes() == (tmp_path / "again.safetensors").read_bytes()
     pose = made.random_pose(100)
     np.testing.assert_allclose(
-        worn(once, pose), worn(model, pose), atol=1e-5
+        play_pose(once, pose), play_pose(model, pose), atol=1e-5
     )  # effects at rest are kept in half precision
     assert once.figures == model.figures
 
@@ -351,7 +357,7 @@ def test_another_body_and_datasets_without_anchors_are_refused(model, tmp_path):
     empty = create(tmp_path / "empty", made.shirt())
     with pytest.raises(BadDataset, match="no anchor in the T-pose with derivatives"):
         fit(empty)
-    empty.add(made.anchor(made.tpose(), (), made.derivatives()))
+    empty.add(made.anchor(made.t_pose(), (), made.derivatives()))
     with pytest.raises(BadDataset, match="fewer than two anchors on all shapes; got 0"):
         fit(empty)
     with pytest.raises(BadInput, match="neighbours"):

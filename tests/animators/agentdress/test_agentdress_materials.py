@@ -18,9 +18,9 @@ from hemline.garments.material import MATERIALS, Material
 from hemline.motions import Pose
 from hemline.playback import Player
 from hemline.sim import rest_drape
-from hemline.view.catalog import Choice, Catalog
+from hemline.view.catalog import Catalog, Choice
 from hemline.web.agentdress_part import agentdress_part
-from tests.animators import dressed_by_formula as made
+from tests.animators import formula_garment as made
 
 STILL = AgentDressConfig(decay_seconds=0.0)
 OWN = made.shirt().material
@@ -42,47 +42,49 @@ def extra(pose: Pose, material: Material) -> np.ndarray:
         for name in ("young", "bending")
     )
     rub = material.friction - OWN.friction
-    shares = made.binding().shares()[:, [made.SHOULDER]]
+    weights = made.binding().dense_weights()[:, [made.SHOULDER]]
     raised = pose.rotations[made.SHOULDER, 3]
-    outward = made.base() - made.base().mean(axis=0)
+    outward = made.rest_garment() - made.rest_garment().mean(axis=0)
     by_friction = 0.3 * rub * outward[:, [1]] * [0, 1, 0]
-    return 0.02 * stretch * outward + 0.06 * bend * raised * shares * outward + by_friction
+    return 0.02 * stretch * outward + 0.06 * bend * raised * weights * outward + by_friction
 
 
-def laid(pose: Pose, material: Material, betas=()) -> np.ndarray:
+def garment_in_pose(pose: Pose, material: Material, betas=()) -> np.ndarray:
     shaped = made.body().body.shaped(np.asarray(betas, np.float32))
     offsets = made.formula(pose, betas) + extra(pose, material)
-    return made.binding().skin(shaped.posed(pose).transforms, made.base(), offsets).astype(np.float32)
+    return made.binding().skin(shaped.posed(pose).transforms, made.rest_garment(), offsets).astype(np.float32)
 
 
-def settled(pose: Pose, material: Material, betas=()) -> np.ndarray:
-    """In a pose as it stands, arms lifted and handed back."""
+def lifted_garment(pose: Pose, material: Material, betas=()) -> np.ndarray:
+    """Returns the garment in a pose, with the offsets of the pose with lifted arms."""
     shaped = made.body().body.shaped(np.asarray(betas, np.float32))
-    lifted = made.anchored(pose)
+    lifted = made.anchor_pose(pose)
     offsets = made.formula(lifted, betas) + extra(lifted, material)
-    return made.binding().skin(shaped.posed(pose).transforms, made.base(), offsets).astype(np.float32)
+    return made.binding().skin(shaped.posed(pose).transforms, made.rest_garment(), offsets).astype(np.float32)
 
 
-def draped(folder, material, numbers, garment=None):
-    """The shirt of a material in some of the poses of the fit."""
-    worn = (garment or made.shirt()).in_material(material)
-    dataset = create(folder, worn)
+def drape_in(folder, material, numbers, garment=None):
+    """Makes a dataset of the shirt in a material, in some poses of the fit."""
+    shirt = (garment or made.shirt()).in_material(material)
+    dataset = create(folder, shirt)
     for number in numbers:
-        pose = made.anchored(made.random_pose(number))
+        pose = made.anchor_pose(made.random_pose(number))
         take = made.anchor(pose)
-        dataset.add(replace(take, vertices=laid(pose, material)[None], inputs={**take.inputs, "garment": worn.hash}))
+        dataset.add(
+            replace(take, vertices=garment_in_pose(pose, material)[None], inputs={**take.inputs, "garment": shirt.hash})
+        )
     return dataset
 
 
 @pytest.fixture(scope="module")
 def anchors(tmp_path_factory):
-    return made.dataset(tmp_path_factory.mktemp("anchors"), 16, singles=8)
+    return made.make_dataset(tmp_path_factory.mktemp("anchors"), 16, singles=8)
 
 
 @pytest.fixture(scope="module")
 def others(tmp_path_factory):
     folder = tmp_path_factory.mktemp("others")
-    return [draped(folder / each.name, each, range(0, 24, 2)) for each in (DENIM, SILK)]
+    return [drape_in(folder / each.name, each, range(0, 24, 2)) for each in (DENIM, SILK)]
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +92,7 @@ def model(anchors, others):
     return KIND.fit(Collection((anchors, *others)), STILL)
 
 
-def worn(model, pose, betas=()):
+def play_pose(model, pose, betas=()):
     posed = made.body().body.shaped(np.asarray(betas, np.float32)).posed(pose)
     return model.step(model.start(posed), posed, 1 / 30)[1]
 
@@ -119,44 +121,44 @@ def test_the_simulator_agrees_that_they_are_the_same():
 
 
 @pytest.mark.parametrize("material", [DENIM, SILK, HALF], ids=lambda each: each.name)
-def test_materials_are_told_in_poses_and_on_bodies_that_nobody_settled(model, material):
+def test_materials_are_predicted_in_new_poses_and_on_new_bodies(model, material):
     """`half` was never draped: the kernel lies between what it knows."""
     told, other = model.in_material(material), model
     for betas in ((), (1.2, -0.6)):
         ours, left_out = [], []
         for number in range(100, 106):
             pose = made.random_pose(number)
-            truth = settled(pose, material, betas)
-            ours.append(mean_mm(worn(told, pose, betas), truth))
-            left_out.append(mean_mm(worn(other, pose, betas), truth))
+            truth = lifted_garment(pose, material, betas)
+            ours.append(mean_mm(play_pose(told, pose, betas), truth))
+            left_out.append(mean_mm(play_pose(other, pose, betas), truth))
         assert np.mean(ours) < 0.5 * np.mean(left_out)
 
 
-def test_its_own_material_is_played_as_if_there_were_no_others(anchors, others):
+def test_the_own_material_plays_as_without_others(anchors, others):
     """But for the basis, which they share: with room enough in it nothing is lost."""
     roomy = replace(STILL, shape_modes=400)
     with_others, alone = KIND.fit(Collection((anchors, *others)), roomy), KIND.fit(anchors, roomy)
     pose = made.random_pose(103)
-    assert mean_mm(worn(with_others, pose, (1.0,)), worn(alone, pose, (1.0,))) < 0.05
+    assert mean_mm(play_pose(with_others, pose, (1.0,)), play_pose(alone, pose, (1.0,))) < 0.05
     assert with_others.figures["material_change_left_out_mm"] < 0.5 * with_others.figures["material_change_mm"]
     assert "materials" not in alone.figures and alone.materials is None
 
 
-def test_there_and_back_again(model):
+def test_in_material_can_be_undone(model):
     pose = made.random_pose(101)
     denim = model.in_material("denim")
     assert denim.garment.material == DENIM and denim.in_material(DENIM) is denim
     back = denim.in_material(OWN)
-    np.testing.assert_array_equal(worn(back, pose), worn(model, pose))
-    assert mean_mm(worn(denim, pose), worn(model, pose)) > 1
+    np.testing.assert_array_equal(play_pose(back, pose), play_pose(model, pose))
+    assert mean_mm(play_pose(denim, pose), play_pose(model, pose)) > 1
 
 
 def test_a_file_keeps_the_material_and_the_others(model, tmp_path):
     pose = made.random_pose(101)
     model.in_material("silk").save(tmp_path / "silk.safetensors")
     read = hemline.load(tmp_path / "silk.safetensors")
-    np.testing.assert_array_equal(worn(read, pose), worn(model.in_material("silk"), pose))
-    np.testing.assert_array_equal(worn(read.in_material(OWN), pose), worn(model, pose))
+    np.testing.assert_array_equal(play_pose(read, pose), play_pose(model.in_material("silk"), pose))
+    np.testing.assert_array_equal(play_pose(read.in_material(OWN), pose), play_pose(model, pose))
     assert read.materials.known == ("denim", "silk")
 
 
@@ -181,13 +183,13 @@ def test_a_damaged_file_is_refused(model, tmp_path, harm):
 def test_at_lower_detail_and_in_the_player_it_is_the_same_material(model):
     pose, denim = made.random_pose(102), model.in_material("denim")
     level = denim.at_detail(0.5)
-    np.testing.assert_allclose(worn(level, pose), worn(denim, pose)[level.kept], atol=1e-6)
+    np.testing.assert_allclose(play_pose(level, pose), play_pose(denim, pose)[level.vertex_ids], atol=1e-6)
     player = Player.prepare(denim, made.body())
     _, frame = player.step(player.start(pose), pose, 1 / 30)
-    assert mean_mm(frame.animated, worn(denim, pose)) < 0.1
+    assert mean_mm(frame.animated, play_pose(denim, pose)) < 0.1
 
 
-def test_what_is_not_known_of_materials_is_said(model, anchors, others, tmp_path):
+def test_unknown_materials_are_refused_or_cause_a_warning(model, anchors, others, tmp_path):
     with pytest.raises(BadInput, match="knows one material, jersey; got denim; drape it in others"):
         KIND.fit(anchors, STILL).in_material("denim")
     with pytest.raises(BadGarment, match="unknown material"):
@@ -200,21 +202,21 @@ def test_what_is_not_known_of_materials_is_said(model, anchors, others, tmp_path
         KIND.fit(Collection((anchors, *others)), replace(STILL, pose_model="sor"))
     with pytest.raises(BadDataset, match="the first of several datasets has the anchors"):
         KIND.fit(Collection((others[0], anchors)), STILL)
-    strange = draped(tmp_path / "strange", DENIM, range(40, 44))
+    strange = drape_in(tmp_path / "strange", DENIM, range(40, 44))
     with pytest.raises(BadDataset, match="has no pose of the fit; got 4 others"):
         KIND.fit(Collection((anchors, strange)), STILL)
     moved = replace(made.shirt(), vertices=made.shirt().vertices + np.float32(0.001))
     with pytest.raises(BadDataset, match="is fitted to one garment"):
-        KIND.fit(Collection((anchors, draped(tmp_path / "moved", DENIM, range(2), moved))), STILL)
+        KIND.fit(Collection((anchors, drape_in(tmp_path / "moved", DENIM, range(2), moved))), STILL)
 
 
-def test_who_knows_of_materials():
+def test_which_animators_support_materials():
     assert isinstance(animators.load("live"), MaterialAware)
     assert not isinstance(animators.load("cape"), MaterialAware)
     assert not isinstance(animators.load("lag"), MaterialAware)
 
 
-def test_live_simulates_the_material_that_it_is_told():
+def test_live_simulates_the_given_material():
     body = made.body()
     sheet = garments.load("skirt-light")
     told = animators.load("live").in_material("paper").animator_for(sheet, body)
@@ -224,7 +226,7 @@ def test_live_simulates_the_material_that_it_is_told():
 
 
 def test_a_garment_of_several_pieces_keeps_their_materials():
-    outfit = garments.worn_together([garments.load("tshirt-light"), garments.load("skirt-light")])
+    outfit = garments.wear_together([garments.load("tshirt-light"), garments.load("skirt-light")])
     with pytest.raises(BadGarment, match="pieces of different cloth"):
         outfit.in_material(DENIM)
 

@@ -10,7 +10,7 @@ from hemline.animators.agentdress.fit.regions import region_weights
 from hemline.animators.agentdress.pose_model import fit_kernel, kernel
 from hemline.animators.agentdress.shape_model import ShapeModel
 from hemline.motions.quaternions import from_axis_angle, multiply
-from tests.animators import dressed_by_formula as made
+from tests.animators import formula_garment as made
 
 
 def test_regions_share_each_vertex():
@@ -19,20 +19,20 @@ def test_regions_share_each_vertex():
     assert 5 <= regions.shape[1] <= 10 and (regions.mean(axis=0) >= 0.01).all()
 
 
-def test_offsets_and_posing_are_each_other_s_inverse():
+def test_offsets_invert_skinning():
     pose = made.random_pose(55)
     transforms, offsets = made.body().posed(pose).transforms, made.formula(pose, ())
-    there = made.binding().skin(transforms, made.base(), offsets)
-    np.testing.assert_allclose(made.binding().offsets(transforms, made.base(), there), offsets, atol=1e-9)
+    there = made.binding().skin(transforms, made.rest_garment(), offsets)
+    np.testing.assert_allclose(made.binding().offsets(transforms, made.rest_garment(), there), offsets, atol=1e-9)
 
 
-def test_what_is_carried_is_what_skinning_carries_nearest():
+def test_fit_rest_is_the_least_squares_solution():
     """Skinned garments are found again; and with something added, no other garment is nearer."""
     poses = [made.random_pose(number) for number in range(5)]
     transforms = np.array([made.body().posed(pose).transforms for pose in poses], np.float64)
     binding, random = made.binding(), np.random.default_rng(0)
-    plain = np.array([binding.skin(each, made.base()) for each in transforms])
-    np.testing.assert_allclose(binding.fit_rest(transforms, plain), made.base(), atol=1e-9)
+    plain = np.array([binding.skin(each, made.rest_garment()) for each in transforms])
+    np.testing.assert_allclose(binding.fit_rest(transforms, plain), made.rest_garment(), atol=1e-9)
     added = plain + random.normal(scale=0.01, size=plain.shape)
     found = binding.fit_rest(transforms, added)
 
@@ -46,9 +46,9 @@ def test_what_is_carried_is_what_skinning_carries_nearest():
         assert missed(found) < missed(found + way) and missed(found) < missed(found - way)
 
 
-def test_vertices_turn_with_their_bones_however_far():
+def test_vertex_frames_rotate_with_their_bones():
     """Arm turned by 150 degrees: the blended transform shrinks, the frame of a vertex stays a rotation."""
-    pose = made.turned((made.SHOULDER, (0.0, 0.0, -2.6)))
+    pose = made.turn_joints((made.SHOULDER, (0.0, 0.0, -2.6)))
     transforms, binding = made.body().posed(pose).transforms, made.binding()
     found = binding.rotations(transforms)
     np.testing.assert_allclose(
@@ -57,7 +57,9 @@ def test_vertices_turn_with_their_bones_however_far():
     shrunk = np.linalg.svd(binding.matrices(transforms)[:, :, :3], compute_uv=False)[:, 2]
     assert shrunk.min() < 0.6
     # where bones differ little, the mean rotation of another library
-    bent = made.body().posed(made.turned((made.SHOULDER, (0.0, 0.3, -0.5)), (made.SPINE, (0.2, 0.0, 0.0)))).transforms
+    bent = (
+        made.body().posed(made.turn_joints((made.SHOULDER, (0.0, 0.3, -0.5)), (made.SPINE, (0.2, 0.0, 0.0)))).transforms
+    )
     found = binding.rotations(bent)
     for vertex in range(0, len(found), 40):
         bones = Rotation.from_matrix(bent[binding.indices[vertex], :, :3].astype(np.float64))
@@ -85,7 +87,7 @@ def test_the_shape_model_is_a_ridge_regression_with_a_free_constant():
     np.testing.assert_allclose(plain.at(at) + plain.at(-at), 2 * plain.at(0 * at), atol=1e-10)
 
 
-def test_what_is_left_out_is_what_a_fit_without_it_misses():
+def test_leave_one_out_residuals_are_those_of_a_refit():
     random = np.random.default_rng(1)
     points, outputs = random.normal(size=(12, 3)), random.normal(size=(12, 4))
     distances = ((points[:, None] - points) ** 2).sum(axis=2)[:, None]
@@ -98,7 +100,7 @@ def test_what_is_left_out_is_what_a_fit_without_it_misses():
         np.testing.assert_allclose(outputs[out] - told, whole.leave_one_out[0, out], atol=1e-9)
 
 
-def test_weights_are_those_of_the_paper():
+def test_blend_weights_are_those_of_the_paper():
     distances = np.array([[0.5, 0.1, 2.0, 0.3]])
     weights = anchor_weights(distances, neighbours=3, power=3.0, floor=0.02)
     plain = np.array([1 / (d + 0.02) ** 3 if d < 1 else 0.0 for d in distances[0]])
@@ -118,7 +120,7 @@ def test_distances_are_sums_over_the_axes_of_the_joints():
     np.testing.assert_allclose(found, weights @ (moved**2).sum(axis=2).ravel(), rtol=1e-9)
 
 
-def test_a_small_turn_counts_as_much_as_it_moves_the_cloth():
+def test_a_small_rotation_counts_as_much_as_it_moves_the_cloth():
     """About one axis, in any pose: its influence times the angle squared; and a whole turn more changes nothing."""
     random = np.random.default_rng(4)
     influence = random.uniform(0.5, 1.0, size=(2, 24, 3))
@@ -134,7 +136,7 @@ def test_a_small_turn_counts_as_much_as_it_moves_the_cloth():
         np.testing.assert_allclose(again, found, rtol=1e-9)
 
 
-def test_a_turn_that_outweighs_the_others_gives_its_own_axis_no_weight():
+def test_axis_weights_are_not_negative():
     weights = axis_weights(np.array([[[5.0, 1.0, 2.0]]]))
     np.testing.assert_allclose(weights, [[0.0, 3.0, 2.0]])
 
@@ -150,7 +152,7 @@ def test_every_kernel_of_the_distances_can_be_inverted():
 
 
 @pytest.mark.parametrize("poses, anchors", [(0, 3), (1, 8), (11, 6), (16, 1)])
-def test_regions_mix_what_poses_and_shapes_say_as_plain_numpy_does(poses, anchors):
+def test_mix_equals_plain_numpy(poses, anchors):
     """However many rows there are; shares of 0 in some of them, weights large and of both signs."""
     random = np.random.default_rng(5)
     shares, others = random.normal(size=(2, poses)), random.normal(size=(2, anchors))

@@ -11,14 +11,14 @@ from hemline.cli.main import main
 from hemline.errors import BadInput
 from hemline.motions.motion import Motion
 from hemline.playback import redress_take
-from tests.animators import dressed_by_formula as made
+from tests.animators import formula_garment as made
 
 BETAS = (1.5, -0.8)
 
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
-    return fit(made.dataset(tmp_path_factory.mktemp("anchors") / "data", 12), AgentDressConfig())
+    return fit(made.make_dataset(tmp_path_factory.mktemp("anchors") / "data", 12), AgentDressConfig())
 
 
 def on(betas):
@@ -30,13 +30,13 @@ def redress(model, pose, worn, betas=BETAS, nominal=None):
     return model.redress(state, on(betas).posed(pose), 1 / 30, worn, nominal or made.body().posed(pose))[1]
 
 
-def test_on_the_body_of_the_fit_it_stays_as_it_is(model):
+def test_the_body_of_the_fit_changes_nothing(model):
     pose = made.random_pose(50)
-    worn = made.settled(pose) + np.float32(0.01)
+    worn = made.lifted_garment(pose) + np.float32(0.01)
     np.testing.assert_allclose(redress(model, pose, worn, betas=()), worn, atol=2e-5)
 
 
-def test_what_the_model_itself_makes_of_the_mean_shape_becomes_what_it_plays(model):
+def test_its_own_garment_on_the_mean_shape_gives_its_own_playback(model):
     pose = made.random_pose(51)
     _, own = model.step(model.start(made.body().posed(pose)), made.body().posed(pose), 1 / 30)
     _, played = model.step(model.start(on(BETAS).posed(pose)), on(BETAS).posed(pose), 1 / 30)
@@ -47,19 +47,19 @@ def test_a_simulated_garment_is_nearer_to_the_truth_than_the_pose_model_and_than
     missed = []
     for number in range(100, 108):
         pose = made.random_pose(number)
-        truth, posed = made.settled(pose, BETAS), on(BETAS).posed(pose)
+        truth, posed = made.lifted_garment(pose, BETAS), on(BETAS).posed(pose)
         _, played = model.step(model.start(posed), posed, 1 / 30)
-        skinned = made.binding().skin(posed.transforms, made.base())
-        given = redress(model, pose, made.settled(pose)), played, skinned
+        skinned = made.binding().skin(posed.transforms, made.rest_garment())
+        given = redress(model, pose, made.lifted_garment(pose)), played, skinned
         missed.append([np.linalg.norm(each - truth, axis=1).mean() for each in given])
     simulated, played, skinned = np.mean(missed, axis=0)
     assert simulated < 0.8 * played and played < 0.1 * skinned
 
 
-def test_wherever_the_other_body_stands(model):
+def test_the_place_of_the_other_body_does_not_matter(model):
     pose = made.random_pose(52)
     there = hemline.motions.Pose(pose.rotations, pose.translation + np.float32([0.4, 0.1, -2.0]))
-    worn, state = made.settled(pose), model.start(on(BETAS).posed(pose))
+    worn, state = made.lifted_garment(pose), model.start(on(BETAS).posed(pose))
     _, moved = model.redress(state, on(BETAS).posed(there), 1 / 30, worn, made.body().posed(pose))
     np.testing.assert_allclose(moved - (there.translation - pose.translation), redress(model, pose, worn), atol=2e-5)
 
@@ -67,19 +67,19 @@ def test_wherever_the_other_body_stands(model):
 def test_bad_input(model):
     pose = made.random_pose(53)
     with pytest.raises(BadInput, match="is put on other shapes from the one that it was made on; got betas 1 0"):
-        redress(model, pose, made.settled(pose), nominal=on((1.0,)).posed(pose))
+        redress(model, pose, made.lifted_garment(pose), nominal=on((1.0,)).posed(pose))
     with pytest.raises(BadInput, match="has vertices .*; got .*; give its own mesh"):
-        redress(model, pose, made.settled(pose)[1:])
+        redress(model, pose, made.lifted_garment(pose)[1:])
     player = hemline.Player.prepare(hemline.load("cape"), made.body())
     state = player.start(pose, pre_roll=0.1)
     with pytest.raises(BadInput, match="got animator 'ropes'; fit one with 'hemline fit --animator agentdress'"):
-        player.redress(state, pose, 1 / 30, made.settled(pose), made.body().posed(pose))
+        player.redress(state, pose, 1 / 30, made.lifted_garment(pose), made.body().posed(pose))
 
 
 @pytest.fixture
 def taken(tmp_path):
     """A dataset with one clip that follows the formula on the mean body, and its take."""
-    poses = [made.anchored(made.random_pose(number)) for number in (60, 61, 61, 60)]
+    poses = [made.anchor_pose(made.random_pose(number)) for number in (60, 61, 61, 60)]
     motion = Motion(
         np.stack([pose.rotations for pose in poses]),
         np.stack([pose.translation for pose in poses]),
@@ -90,7 +90,7 @@ def taken(tmp_path):
     inputs = {"clip": {"name": "made"}, "garment": made.shirt().hash}
     take = datasets.Take(
         "clip",
-        np.stack([made.laid(pose) for pose in poses]),
+        np.stack([made.garment_in_pose(pose) for pose in poses]),
         motion,
         made.body().betas,
         np.array([True, False, False, False]),

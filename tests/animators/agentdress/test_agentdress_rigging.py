@@ -10,14 +10,14 @@ from hemline.animators.agentdress.sor.rigging import (
     _tree,
     optimize_weights,
     relative_transforms,
-    skin_points,
     rigid_derivatives,
+    skin_points,
 )
 from hemline.animators.agentdress.sor.rigging_kernels import minimize_on_simplex
 from hemline.motions import Pose
 from hemline.motions.motion import JOINT_COUNT
 from hemline.motions.quaternions import from_axis_angle, multiply
-from tests.animators import dressed_by_formula as made
+from tests.animators import formula_garment as made
 
 
 def posed(number: int):
@@ -32,9 +32,9 @@ def random_weights(count: int, bones: int, seed: int = 0) -> np.ndarray:
     return weights
 
 
-def test_turns_are_those_of_skinning_with_one_joint_carrying_all():
+def test_rigid_derivatives_equal_skinning_by_one_joint():
     """By another route: the joint turned by a little, its bones' transforms taken before and after."""
-    before, points = posed(3), made.settled(made.random_pose(3)).astype(np.float64)
+    before, points = posed(3), made.lifted_garment(made.random_pose(3)).astype(np.float64)
     found = rigid_derivatives(before, points)
     for joint in (0, made.SPINE, made.SHOULDER, made.ELBOW):
         for axis in range(3):
@@ -43,13 +43,16 @@ def test_turns_are_those_of_skinning_with_one_joint_carrying_all():
             after = made.body().posed(Pose(rotations, before.pose.translation))
             alone = np.zeros((len(points), JOINT_COUNT))
             alone[:, joint] = 1.0
-            moved = skin_points(relative_transforms(after.transforms, before.transforms.astype(np.float64)), alone, points) - points
+            moved = (
+                skin_points(relative_transforms(after.transforms, before.transforms.astype(np.float64)), alone, points)
+                - points
+            )
             np.testing.assert_allclose(found[joint, axis], moved / 1e-4, atol=8e-3)
 
 
 @pytest.mark.parametrize("stiffness", [0.0, 1e-6])
-def test_weights_that_made_the_derivatives_are_found_again(stiffness):
-    body, points = posed(4), made.settled(made.random_pose(4)).astype(np.float64)[:40]
+def test_weights_are_recovered_from_their_derivatives(stiffness):
+    body, points = posed(4), made.lifted_garment(made.random_pose(4)).astype(np.float64)[:40]
     truth = random_weights(40, 3)
     turns = rigid_derivatives(body, points)
     derivatives = np.einsum("vb,jb,javi->javi", truth, _descendants(), turns)
@@ -62,18 +65,18 @@ def test_weights_that_made_the_derivatives_are_found_again(stiffness):
     assert (found >= 0).all() and ((found > 0).sum(axis=1) <= MOST_BONES).all()
 
 
-def test_a_stiff_rig_keeps_the_weights_of_the_body():
-    body, points = posed(4), made.settled(made.random_pose(4)).astype(np.float64)[:20]
+def test_stiff_rigging_keeps_the_weights_of_the_body():
+    body, points = posed(4), made.lifted_garment(made.random_pose(4)).astype(np.float64)[:20]
     turns, start = rigid_derivatives(body, points), random_weights(20, 4)
     kept = optimize_weights(turns, np.zeros_like(turns), start, 1e4)
     np.testing.assert_allclose(kept, start, atol=1e-3)
     assert np.abs(optimize_weights(turns, np.zeros_like(turns), start, 1e-3) - start).max() > 0.1
 
 
-def test_least_on_the_simplex_is_that_of_a_solver_of_scipy():
+def test_minimum_on_the_simplex_equals_scipy():
     from scipy.optimize import minimize
 
-    body, points = posed(5), made.settled(made.random_pose(5)).astype(np.float64)[:3]
+    body, points = posed(5), made.lifted_garment(made.random_pose(5)).astype(np.float64)[:3]
     random = np.random.default_rng(1)
     turns = rigid_derivatives(body, points)
     derivatives, start = turns * random.uniform(0, 1, (JOINT_COUNT, 1, 3, 1)), random_weights(3, 4)
@@ -92,7 +95,7 @@ def test_least_on_the_simplex_is_that_of_a_solver_of_scipy():
         assert cost(found[vertex], vertex) <= best.fun * (1 + 1e-5) + 1e-12
 
 
-def test_where_weights_are_least_no_bone_would_lower_the_cost():
+def test_no_bone_lowers_the_cost_at_the_minimum():
     """The slopes of all bones that have weight are alike, and those of the others no less (Karush, Kuhn, Tucker)."""
     random, parents, (tree, common) = np.random.default_rng(2), _descendants(), _tree()
     squares, linear = random.uniform(0, 1, (200, JOINT_COUNT)), random.normal(size=(200, JOINT_COUNT))
@@ -109,12 +112,13 @@ def test_where_weights_are_least_no_bone_would_lower_the_cost():
     assert (slopes - of_weights)[allowed].min() > -1e-7
 
 
-def test_an_anchor_plays_as_it_lies_and_a_rigid_garment_follows_its_bone():
+def test_anchors_are_reproduced_and_a_rigid_garment_follows_its_bone():
     bodies = [posed(number) for number in (1, 2)]
-    worn = np.array([made.settled(made.random_pose(number)) for number in (1, 2)], np.float64)
+    worn = np.array([made.lifted_garment(made.random_pose(number)) for number in (1, 2)], np.float64)
     start = made.binding().dense_weights()
     derivatives = [
-        np.einsum("vb,jb,javi->javi", start, _descendants(), rigid_derivatives(b, w)) for b, w in zip(bodies, worn, strict=True)
+        np.einsum("vb,jb,javi->javi", start, _descendants(), rigid_derivatives(b, w))
+        for b, w in zip(bodies, worn, strict=True)
     ]
     rigging = Rigging.fit(bodies, worn, derivatives, start, 1e-2)
     for anchor in range(2):

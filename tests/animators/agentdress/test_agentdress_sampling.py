@@ -1,4 +1,4 @@
-"""How poses are chosen for sensitivity-optimised rigging, and the force that is left on a garment."""
+"""Choice of poses for sensitivity-optimised rigging, and the residual of a garment."""
 
 import numpy as np
 
@@ -6,71 +6,72 @@ from hemline import bodies, garments
 from hemline.collide import inside
 from hemline.garments import coarser_garment
 from hemline.sim.rest.settle import rest_state
+from papers.agentdress.pairs import cluster_centres
 from papers.agentdress.residual import Residual
-from papers.agentdress.sampling import clustered, greedy
+from papers.agentdress.sampling import choose_greedily
 
 LINE = np.array([0.0, 0.1, 0.2, 1.0, 1.1, 5.0])
 
 
-def test_greedy_takes_the_farthest_where_distance_is_what_is_missed():
-    def missed(chosen):
+def test_greedy_choice_takes_the_farthest_if_the_error_is_distance():
+    def errors(chosen):
         return np.abs(LINE[:, None] - LINE[chosen]).min(axis=1)
 
-    assert greedy(missed, 0, 3).tolist() == [0, 5, 4]
+    assert choose_greedily(errors, 0, 3).tolist() == [0, 5, 4]
 
 
-def test_greedy_takes_no_candidate_twice():
-    def missed(chosen):
+def test_greedy_choice_takes_no_candidate_twice():
+    def errors(chosen):
         return np.where(np.arange(6) == 2, 9.0, 1.0)
 
-    assert sorted(greedy(missed, 0, 6).tolist()) == list(range(6))
+    assert sorted(choose_greedily(errors, 0, 6).tolist()) == list(range(6))
 
 
-def test_each_cluster_gives_one_pose():
+def test_each_cluster_has_one_centre():
     turn = np.array([np.cos(LINE / 2), np.sin(LINE / 2)]).T
     rotations = np.tile([1.0, 0.0, 0.0, 0.0], (6, 24, 1))
     rotations[:, 5, [0, 2]] = turn
-    found = clustered(rotations, np.eye(24)[5], 3, seed=0)
+    found = cluster_centres(rotations, np.eye(24)[5], 3)
     assert {int(each) for each in found} in ({1, 3, 5}, {1, 4, 5})
 
 
-def worn():
+def rest_garment():
     garment, _ = coarser_garment(garments.load("tshirt-light"), 0.2)
     shaped = bodies.load("anny24").shaped()
     return garment, shaped, rest_state(garment, shaped)
 
 
-def test_forces_inside_the_cloth_cancel_and_its_weight_is_left_in_the_air():
-    garment, shaped, rest = worn()
+def test_inner_forces_cancel_and_the_weight_remains_in_the_air():
+    garment, shaped, rest = rest_garment()
     residual = Residual(garment, shaped)
     forces = residual.forces(shaped.posed(shaped.rest_pose), rest.vertices + np.array([0, 5, 0], np.float32))
     weight = residual.dressed.sheet.mass.sum() * np.array(residual.dressed.settings.gravity)
     np.testing.assert_allclose(forces.sum(axis=0), weight, atol=1e-4 * np.abs(weight).max())
 
 
-def test_less_force_is_left_on_a_settled_garment_than_on_a_pulled_one():
-    garment, shaped, rest = worn()
+def test_a_settled_garment_has_less_residual_than_a_pulled_one():
+    garment, shaped, rest = rest_garment()
     residual, posed = Residual(garment, shaped), shaped.posed(shaped.rest_pose)
-    still, pulled = residual.left(posed, rest.vertices), rest.vertices * np.array([1.0, 1.05, 1.0], np.float32)
-    left = residual.left(posed, pulled)
-    assert left.norm > 3 * still.norm
-    assert left.median > 3 * still.median
+    settled, pulled = residual.measure(posed, rest.vertices), rest.vertices * np.array([1.0, 1.05, 1.0], np.float32)
+    size = residual.measure(posed, pulled)
+    assert size.norm > 3 * settled.norm
+    assert size.median > 3 * settled.median
 
 
-def test_what_is_in_the_body_is_pushed_out():
-    garment, shaped, rest = worn()
+def test_push_out_leaves_nothing_in_the_body():
+    garment, shaped, rest = rest_garment()
     posed, centre = shaped.posed(shaped.rest_pose), rest.vertices.mean(axis=0)
     within = centre + np.float32(0.9) * (rest.vertices - centre)
-    out, pinched = Residual(garment, shaped).pushed_out(posed, within)
+    out, pinched = Residual(garment, shaped).push_out(posed, within)
     assert inside(posed.vertices, posed.faces, within).sum() > 20
     assert not inside(posed.vertices, posed.faces, out.astype(np.float32))[~pinched].any()
 
 
-def test_being_pushed_out_does_not_depend_on_what_was_pushed_before():
-    garment, shaped, rest = worn()
+def test_push_out_does_not_depend_on_earlier_garments():
+    garment, shaped, rest = rest_garment()
     posed, centre = shaped.posed(shaped.rest_pose), rest.vertices.mean(axis=0)
-    within = [centre + np.float32(share) * (rest.vertices - centre) for share in (0.9, 0.8)]
+    within = [centre + np.float32(factor) * (rest.vertices - centre) for factor in (0.9, 0.8)]
     residual = Residual(garment, shaped)
-    first, _ = residual.pushed_out(posed, within[0])
-    residual.pushed_out(posed, within[1])
-    np.testing.assert_array_equal(residual.pushed_out(posed, within[0])[0], first)
+    first, _ = residual.push_out(posed, within[0])
+    residual.push_out(posed, within[1])
+    np.testing.assert_array_equal(residual.push_out(posed, within[0])[0], first)

@@ -1,4 +1,4 @@
-"""Neighbours of an anchor, how an error falls with the distance to it, and what holds at the anchor itself."""
+"""Neighbours of an anchor, the slope of an error over distance, and the garment at the anchor itself."""
 
 from functools import cache
 
@@ -10,8 +10,8 @@ from hemline.garments import coarser_garment
 from hemline.motions.quaternions import inverse, multiply, to_axis_angle
 from hemline.sim import settle
 from hemline.sim.rest.settle import rest_state
-from papers.agentdress.neighbours import Followed, directions, moved
-from papers.agentdress.separability import SLOPED, slope
+from papers.agentdress.neighbours import SettleFromAnchor, random_directions, step_from
+from papers.agentdress.separability import SLOPE_DISTANCES, slope_of
 
 
 @cache
@@ -20,46 +20,46 @@ def rest():
     return settle(garment, bodies.load("anny24").shaped(), start=rest_state(garment, bodies.load("anny24").shaped()))
 
 
-def test_neighbours_lie_at_the_distance_asked_for():
+def test_neighbours_lie_at_the_given_distance():
     pose = rest().pose
-    for step in 0.5 * directions(5, seed=1):
-        there, betas = moved(pose, step)
+    for step in 0.5 * random_directions(5, seed=1):
+        there, betas = step_from(pose, step)
         turns = to_axis_angle(multiply(inverse(pose.rotations.astype(np.float64)), there.rotations.astype(np.float64)))
-        away = np.concatenate([turns.ravel(), betas])
-        assert np.linalg.norm(away) == pytest.approx(0.5, abs=1e-5)
-        np.testing.assert_allclose(away, step, atol=1e-5)
+        numbers = np.concatenate([turns.ravel(), betas])
+        assert np.linalg.norm(numbers) == pytest.approx(0.5, abs=1e-5)
+        np.testing.assert_allclose(numbers, step, atol=1e-5)
 
 
 def test_directions_prefer_no_number():
-    found = directions(4000, seed=0)
+    found = random_directions(4000, seed=0)
     np.testing.assert_allclose((found**2).mean(axis=0), 1 / found.shape[1], rtol=0.15)
     np.testing.assert_allclose(found.mean(axis=0), 0.0, atol=0.01)
 
 
 @pytest.mark.parametrize("power", [1.0, 1.5, 2.0])
 def test_the_slope_is_the_exponent(power):
-    assert slope({r: 3.0 * r**power for r in SLOPED}) == pytest.approx(power)
+    assert slope_of({r: 3.0 * r**power for r in SLOPE_DISTANCES}) == pytest.approx(power)
 
 
-def test_a_floor_hides_the_slope_until_it_is_taken_off():
-    errors = {r: float(np.hypot(3.0 * r**2, 0.2)) for r in SLOPED}
-    assert slope(errors) < 1.8
-    assert slope(errors, 0.2) == pytest.approx(2.0)
-    assert np.isnan(slope(errors, 1.0))
+def test_a_floor_hides_the_slope_until_it_is_subtracted():
+    errors = {r: float(np.hypot(3.0 * r**2, 0.2)) for r in SLOPE_DISTANCES}
+    assert slope_of(errors) < 1.8
+    assert slope_of(errors, 0.2) == pytest.approx(2.0)
+    assert np.isnan(slope_of(errors, 1.0))
 
 
-def test_a_garment_that_is_followed_nowhere_stays_and_is_made_once(tmp_path):
-    way = Followed(tmp_path / "near", rest())
-    found = way.at((rest().pose, ()))
+def test_a_garment_at_the_anchor_stays_and_is_simulated_once(tmp_path):
+    start = SettleFromAnchor(tmp_path / "near", rest())
+    found = start.at((rest().pose, ()))
     np.testing.assert_array_equal(found, rest().vertices)
     (file,) = (tmp_path / "near" / "takes").iterdir()
     made = file.stat().st_mtime_ns
-    np.testing.assert_array_equal(way.at((rest().pose, ())), found)
+    np.testing.assert_array_equal(start.at((rest().pose, ())), found)
     assert file.stat().st_mtime_ns == made
 
 
 def test_a_garment_follows_the_body(tmp_path):
-    way, step = Followed(tmp_path / "near", rest()), 0.01 * directions(1, seed=0)[0]
-    found = way.at(moved(rest().pose, step))
+    start, step = SettleFromAnchor(tmp_path / "near", rest()), 0.01 * random_directions(1, seed=0)[0]
+    found = start.at(step_from(rest().pose, step))
     apart = np.linalg.norm(found - rest().vertices, axis=1)
     assert 1e-5 < apart.mean() < 5e-3

@@ -12,7 +12,7 @@ from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
 from hemline.animators.agentdress.fit.fit import fit_anchors
 from hemline.animators.agentdress.fit.shape_distance import shape_scale
-from tests.animators import dressed_by_formula as made
+from tests.animators import formula_garment as made
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def scale_of(body, nearest, shapedirs):
     return shape_scale(replace(body, shapedirs=shapedirs.astype(np.float32)).shaped(), nearest)
 
 
-def test_it_is_a_power_of_how_far_betas_move_the_skin_out(body, nearest):
+def test_scale_is_a_power_of_the_skin_motion_by_betas(body, nearest):
     normals, moved = body.shaped().normals, np.zeros((16, 16))
     for vertex in nearest:
         out = [float(np.dot(direction[vertex], normals[vertex])) for direction in body.shapedirs.astype(np.float64)]
@@ -42,7 +42,7 @@ def test_it_is_a_power_of_how_far_betas_move_the_skin_out(body, nearest):
     np.testing.assert_allclose(scale, scale.T, atol=1e-9)
 
 
-def test_bodies_that_differ_elsewhere_are_one_to_the_garment(body, nearest):
+def test_bodies_that_differ_elsewhere_have_distance_zero(body, nearest):
     """A beta that moves the skin elsewhere; and two that undo each other."""
     shapedirs = body.shapedirs.copy()
     shapedirs[3, nearest] = 0
@@ -53,7 +53,7 @@ def test_bodies_that_differ_elsewhere_are_one_to_the_garment(body, nearest):
     assert np.linalg.norm(scale @ (np.eye(16)[5] + np.eye(16)[6])) < 1e-3 * apart[1]
 
 
-def test_other_axes_of_the_same_bodies_tell_them_apart_alike(body, nearest):
+def test_distances_do_not_depend_on_the_axes_of_betas(body, nearest):
     random = np.random.default_rng(0)
     turn = np.linalg.qr(random.normal(size=(16, 16)))[0]
     turned = scale_of(body, nearest, np.tensordot(turn, body.shapedirs.astype(np.float64), 1))
@@ -62,15 +62,15 @@ def test_other_axes_of_the_same_bodies_tell_them_apart_alike(body, nearest):
         assert np.linalg.norm(turned @ turn @ betas) == pytest.approx(np.linalg.norm(scale @ betas), rel=1e-3)
 
 
-def test_where_no_beta_moves_the_skin_they_count_alike(body, nearest):
+def test_betas_count_alike_if_none_moves_the_skin(body, nearest):
     shapedirs = body.shapedirs.copy()
     shapedirs[:, nearest] = 0
     np.testing.assert_array_equal(scale_of(body, nearest, shapedirs), np.eye(16))
 
 
 @pytest.mark.parametrize("given", [None, np.diag(np.arange(16.0))])
-def test_a_fit_compares_bodies_so_unless_it_is_told_another_way(tmp_path, given):
-    anchors = AnchorSet.of(made.dataset(tmp_path / "anchors", 4))
+def test_a_fit_uses_this_scale_by_default(tmp_path, given):
+    anchors = AnchorSet.of(made.make_dataset(tmp_path / "anchors", 4))
     model = fit_anchors(made.shirt(), anchors, AgentDressConfig(), scale=given, progress=lambda *told: None)
     expected = shape_scale(made.body(), model.tables.nearest) if given is None else given
     np.testing.assert_allclose(model.tables.shapes.scale, expected, atol=1e-6)

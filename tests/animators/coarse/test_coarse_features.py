@@ -1,4 +1,4 @@
-"""What each vertex is told: the same wherever the body stands, in a mirror, and by formula."""
+"""Features of vertices: the same wherever the body stands, in a mirror, and by formula."""
 
 from dataclasses import replace
 from functools import cache
@@ -10,9 +10,17 @@ from hemline import bodies, garments, motions
 from hemline.animators.coarse.features.mirror import dynamic_mirror, static_mirror
 from hemline.animators.coarse.features.soft_weights import BLUR_FRACTION, MIN_BLUR, soft_weights
 from hemline.animators.coarse.features.trail import Trail
-from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, DYNAMIC_COUNT, FEATURE_JOINTS, STATIC_COUNT, TRAIL_COUNT, Cells, ProxyOnBody
+from hemline.animators.coarse.proxy_on_body import (
+    BEGINNING_COUNT,
+    DYNAMIC_COUNT,
+    FEATURE_JOINTS,
+    STATIC_COUNT,
+    TRAIL_COUNT,
+    Cells,
+    ProxyOnBody,
+)
 from hemline.garments import coarser_garment
-from hemline.learning.mirror import mirrored_motion
+from hemline.learning.mirror import mirror_motion
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, rotate, to_matrix
 
@@ -33,7 +41,7 @@ def clip():
     return body().placed(motions.load("kick"))[60:90]
 
 
-def told(made, motion):
+def features_of(made, motion):
     trail = Trail.start(made, made.shaped.posed(motion[0]))
     for frame in range(1, len(motion)):
         trail = trail.advance(made, made.shaped.posed(motion[frame]), 1 / motion.fps)
@@ -61,22 +69,22 @@ def test_a_turned_and_moved_world_tells_the_same():
         rotations=np.concatenate([multiply(yaw, motion.rotations[:, :1]), motion.rotations[:, 1:]], axis=1),
         translations=(rotate(yaw, motion.translations) + shift).astype(np.float32),
     )
-    (one, first), (other, second) = told(proxy(), motion), told(proxy(), turned)
+    (one, first), (other, second) = features_of(proxy(), motion), features_of(proxy(), turned)
     np.testing.assert_allclose(rotate(yaw, one.skinned) + shift, other.skinned, atol=2e-5)
     # of two cones that are equally near, either may be the nearest
     assert (np.abs(first - second) < 2e-3).mean() > 0.999
     assert np.abs(first[:, : 2 * TRAIL_COUNT]).mean() > 0.01
 
 
-def test_vectors_are_told_in_the_turned_frame():
-    trail, found = told(proxy(), clip())
+def test_vectors_are_in_the_rotated_frame():
+    trail, found = features_of(proxy(), clip())
     back = np.swapaxes(to_matrix(trail.turns.astype(np.float64)), 1, 2)
     apart = np.einsum("vij,vj->vi", back, (trail.carried - trail.skinned).astype(np.float64))
     limited = apart / np.sqrt(1 + (apart**2).sum(axis=1, keepdims=True) / 0.25)
     np.testing.assert_allclose(found[:, 2 * TRAIL_COUNT : 2 * TRAIL_COUNT + 3], limited, atol=1e-5)
 
 
-def test_the_mirrored_garment_in_the_mirrored_motion_is_told_what_the_mirror_says():
+def test_the_mirrored_garment_in_the_mirrored_motion_has_the_mirrored_features():
     made, garment = proxy(), proxy().garment
     signs = np.array([-1, 1, 1], np.float32)
     flipped = replace(
@@ -86,8 +94,8 @@ def test_the_mirrored_garment_in_the_mirrored_motion_is_told_what_the_mirror_say
         rest_edges=np.ascontiguousarray(garment.rest_edges[:, ::-1, ::-1] * np.array([[1], [1]])),
     )
     other = ProxyOnBody.of(flipped, flipped.vertices, body())
-    _, plain = told(made, clip())
-    _, mirrored = told(other, mirrored_motion(clip()))
+    _, plain = features_of(made, clip())
+    _, mirrored = features_of(other, mirror_motion(clip()))
     order, sign = dynamic_mirror()
     expected = plain[:, order] * sign
     # the body itself is symmetric to some millimetres
@@ -138,7 +146,7 @@ def test_cells_share_out_all_of_the_garment():
 
 
 @pytest.mark.parametrize("far", [0.0, 50.0])
-def test_what_is_near_is_told_by_the_distance_to_the_cones(far):
+def test_nearness_is_that_of_the_cones(far):
     from hemline.collide.primitives.proxy import BodyProxy
 
     motion = clip()

@@ -9,13 +9,13 @@ import pytest
 
 from hemline import bodies
 from hemline.animators import lag
-from hemline.animators.coarse.features.seen import PelvisFrame
+from hemline.animators.coarse.features.pelvis_frame import PelvisFrame
 from hemline.animators.coarse.fit.walk import TakeWalk, walk_takes
 from hemline.animators.coarse.model import CoarseAnimator
 from hemline.animators.coarse.relatives import Relatives
 from hemline.animators.coarse.weights import Weights
 from hemline.animators.swingar.fit.graph_samples import TakeSamples, forget_beginning
-from hemline.animators.swingar.fit.mirrored import mirrored_frames, mirrored_garment
+from hemline.animators.swingar.fit.mirror import mirror_frames, mirror_garment
 from hemline.datasets import open_collection
 from hemline.errors import BadDataset
 from hemline.garments.proxy.proxy import ProxySize
@@ -75,17 +75,17 @@ def test_the_truth_is_that_of_the_take_by_either_way(frames):
 
 @dataclass
 class Recorder:
-    """A network that leaves cloth where skinning puts it, and notes what it is told."""
+    """A network that leaves cloth where skinning puts it, and records its features."""
 
     features: list[np.ndarray] = field(default_factory=list)
 
-    def prepared(self, proxy: Any) -> None:
+    def prepare(self, proxy: Any) -> None:
         return None
 
     def start(self, pose: Any) -> None:
         return None
 
-    def moved(self, prepared: Any, proxy: Any, trail: Any, history: Any, posed: Any) -> tuple[None, np.ndarray]:
+    def predict(self, prepared: Any, proxy: Any, trail: Any, history: Any, posed: Any) -> tuple[None, np.ndarray]:
         self.features.append(trail.features(proxy, posed))
         return None, trail.skinned
 
@@ -96,7 +96,7 @@ class Recorder:
         return {}
 
 
-def test_a_network_is_told_the_same_as_in_play(data, frames):
+def test_a_network_is_given_the_same_features_as_in_play(data, frames):
     worn, takes, _ = frames
     body, recorder = bodies.load("anny24").shaped(), Recorder()
     number, take = next((i, each) for i, each in enumerate(takes) if each.lead_in.any())
@@ -104,10 +104,10 @@ def test_a_network_is_told_the_same_as_in_play(data, frames):
     config = lag.LagConfig(edge=SIZE.edge, fewest=SIZE.fewest, most=SIZE.most, beginning=seconds)
     weights = Weights(lag.KIND, config, recorder, Relatives([], np.zeros((0, 256), np.float32)), {}, [])
     garment, rest = data.garments[0], data.datasets[0].rest(()).vertices[0]
-    worn_by = CoarseAnimator(garment, rest, body.body.name, body.body.hash, weights)
-    state = worn_by.start(body.posed(take.motion[0]))
+    animator = CoarseAnimator(garment, rest, body.body.name, body.body.hash, weights)
+    state = animator.start(body.posed(take.motion[0]))
     for frame in range(1, len(take.motion)):
-        state, _ = worn_by.step(state, body.posed(take.motion[frame]), 1 / take.motion.fps)
+        state, _ = animator.step(state, body.posed(take.motion[frame]), 1 / take.motion.fps)
     for row in np.flatnonzero(worn.take == number):
         np.testing.assert_allclose(worn.features[row], recorder.features[worn.frame[row] - 1], atol=1e-3)
 
@@ -135,11 +135,11 @@ def test_a_mirror_twice_is_what_was_and_once_skins_to_the_mirror_image(frames):
     worn = frames[0]
     samples = TakeSamples.of([worn], [np.ones(len(worn), bool)], 16)
     batch, garment = samples.frames(np.arange(len(worn))), samples.garments[0]
-    image, other = mirrored_frames(batch), mirrored_garment(garment)
-    for name in ("motion", "transforms", "joints", "body", "heading", "truth", "told", "turns"):
+    image, other = mirror_frames(batch), mirror_garment(garment)
+    for name in ("motion", "transforms", "joints", "body", "heading", "truth", "features", "turns"):
         assert not np.array_equal(getattr(image, name), getattr(batch, name)), name
-        np.testing.assert_array_equal(getattr(mirrored_frames(image), name), getattr(batch, name), err_msg=name)
-    twice = mirrored_garment(other)
+        np.testing.assert_array_equal(getattr(mirror_frames(image), name), getattr(batch, name), err_msg=name)
+    twice = mirror_garment(other)
     np.testing.assert_array_equal(twice.features, garment.features)
     np.testing.assert_array_equal(twice.skin_logits, garment.skin_logits)
 
@@ -156,11 +156,11 @@ def test_a_mirror_twice_is_what_was_and_once_skins_to_the_mirror_image(frames):
 def test_the_beginning_can_be_forgotten_and_nothing_else(frames):
     worn = frames[0]
     samples = TakeSamples.of([worn], [np.ones(len(worn), bool)], 16)
-    told = samples.frames(np.arange(len(worn))).features
-    before = told.copy()
-    forget_beginning(told)
-    changed = (told != before).any(axis=(0, 1))
-    assert changed.sum() == 4 and not told[..., changed].any()
+    features = samples.frames(np.arange(len(worn))).features
+    before = features.copy()
+    forget_beginning(features)
+    changed = (features != before).any(axis=(0, 1))
+    assert changed.sum() == 4 and not features[..., changed].any()
 
 
 def test_scales_are_mean_and_spread_of_what_is_learned_from(frames):
@@ -169,8 +169,8 @@ def test_scales_are_mean_and_spread_of_what_is_learned_from(frames):
     samples = TakeSamples.of([worn], [trains], 16)
     mean, spread = samples.scales()
     rows = samples.training[:: max(1, len(samples.training) // 8)]
-    told = samples.frames(rows).features.reshape(-1, len(mean)).astype(np.float64)
-    np.testing.assert_allclose(mean, told.mean(0), atol=1e-5)
-    varied = told.std(0) > 0.011
-    np.testing.assert_allclose(spread[varied], told.std(0)[varied], rtol=1e-3)
+    features = samples.frames(rows).features.reshape(-1, len(mean)).astype(np.float64)
+    np.testing.assert_allclose(mean, features.mean(0), atol=1e-5)
+    varied = features.std(0) > 0.011
+    np.testing.assert_allclose(spread[varied], features.std(0)[varied], rtol=1e-3)
     assert (spread[~varied] >= 0.01).all()

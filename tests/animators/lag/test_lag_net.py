@@ -36,13 +36,13 @@ def cape():
     return coarser_garment(garments.load("cape-light"), 0.15)[0]
 
 
-def by_formula(net, static, told, cells):
+def by_formula(net, static, features, cells):
     """The formula of `LagNet`, vertex by vertex."""
 
     def layer(name, inputs):
         return np.maximum(inputs @ net.weights[name] + net.biases[name], 0)
 
-    h = layer("second", layer("first", np.concatenate([static, told], axis=1).astype(np.float64)))
+    h = layer("second", layer("first", np.concatenate([static, features], axis=1).astype(np.float64)))
     c = layer("cell", np.array([h[cells.cell == each].mean(axis=0) for each in range(cells.count)]))
     c = layer("all_cells", np.concatenate([c, np.tile(c.mean(axis=0), (len(c), 1))], axis=1))
     heard = np.einsum("vk,vkw->vw", cells.shares, c[cells.near])
@@ -54,16 +54,21 @@ def test_what_plays_is_the_formula_and_what_was_trained(cape):
     from hemline.animators.lag.fit.lag_training import TorchCells, TorchLagNet
 
     random, cells = np.random.default_rng(1), Cells.of(cape)
-    static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT))
-    mean, spread = random.normal(size=STATIC_COUNT + DYNAMIC_COUNT), random.uniform(0.5, 2, STATIC_COUNT + DYNAMIC_COUNT)
+    static, features = (
+        random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT)
+    )
+    mean, spread = (
+        random.normal(size=STATIC_COUNT + DYNAMIC_COUNT),
+        random.uniform(0.5, 2, STATIC_COUNT + DYNAMIC_COUNT),
+    )
     trained = TorchLagNet(WIDTH, mean.astype(np.float32), spread.astype(np.float32), seed=4)
     with torch.no_grad():
         trained.weights["fourth"].normal_(generator=torch.Generator().manual_seed(5))
-        expected = trained(torch.from_numpy(static), torch.from_numpy(told)[None], TorchCells.of(cells))[0].numpy()
+        expected = trained(torch.from_numpy(static), torch.from_numpy(features)[None], TorchCells.of(cells))[0].numpy()
     net = trained.to_runtime()
-    played = net.displacements(net.static(static), told, cells)
+    played = net.displacements(net.static(static), features, cells)
     np.testing.assert_allclose(played, expected, atol=2e-5 * np.abs(expected).max())
-    np.testing.assert_allclose(played, by_formula(net, static, told, cells), atol=2e-5 * np.abs(expected).max())
+    np.testing.assert_allclose(played, by_formula(net, static, features, cells), atol=2e-5 * np.abs(expected).max())
 
 
 def test_products_of_half_precision_come_near_to_those_of_single(cape):
@@ -71,13 +76,18 @@ def test_products_of_half_precision_come_near_to_those_of_single(cape):
     from hemline.animators.lag.fit.lag_training import TorchCells, TorchLagNet
 
     random, cells, outs = np.random.default_rng(6), TorchCells.of(Cells.of(cape)), []
-    static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT))
+    static, features = (
+        random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT)
+    )
     for precision in ("float32", "bfloat16"):
-        zero, one = np.zeros(STATIC_COUNT + DYNAMIC_COUNT, np.float32), np.ones(STATIC_COUNT + DYNAMIC_COUNT, np.float32)
+        zero, one = (
+            np.zeros(STATIC_COUNT + DYNAMIC_COUNT, np.float32),
+            np.ones(STATIC_COUNT + DYNAMIC_COUNT, np.float32),
+        )
         net = TorchLagNet(WIDTH, zero, one, 4, precision)
         with torch.no_grad():
             net.weights["fourth"].normal_(generator=torch.Generator().manual_seed(5))
-            outs.append(net(torch.from_numpy(static), torch.from_numpy(told)[None], cells).numpy())
+            outs.append(net(torch.from_numpy(static), torch.from_numpy(features)[None], cells).numpy())
     apart = np.linalg.norm(outs[1] - outs[0]) / np.linalg.norm(outs[0])
     assert 0 < apart < 0.02
 
@@ -86,17 +96,23 @@ def test_a_fit_begins_at_skinning():
     pytest.importorskip("torch")
     from hemline.animators.lag.fit.lag_training import TorchLagNet
 
-    net = TorchLagNet(WIDTH, np.zeros(STATIC_COUNT + DYNAMIC_COUNT, np.float32), np.ones(STATIC_COUNT + DYNAMIC_COUNT, np.float32), 0).to_runtime()
+    net = TorchLagNet(
+        WIDTH, np.zeros(STATIC_COUNT + DYNAMIC_COUNT, np.float32), np.ones(STATIC_COUNT + DYNAMIC_COUNT, np.float32), 0
+    ).to_runtime()
     assert (net.weights["fourth"] == 0).all() and (net.biases["fourth"] == 0).all()
 
 
 def test_the_order_of_vertices_does_not_matter(cape):
     net, random, cells = weights().network.net, np.random.default_rng(2), Cells.of(cape)
-    static, told = (random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT))
+    static, features = (
+        random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT)
+    )
     order = random.permutation(len(static))
     other = Cells(cells.cell[order], cells.near[order], cells.shares[order])
-    one = net.displacements(net.static(static), told, cells)
-    np.testing.assert_allclose(net.displacements(net.static(static[order]), told[order], other), one[order], atol=1e-4)
+    one = net.displacements(net.static(static), features, cells)
+    np.testing.assert_allclose(
+        net.displacements(net.static(static[order]), features[order], other), one[order], atol=1e-4
+    )
 
 
 def test_no_weight_is_sized_by_a_garment(cape):

@@ -13,7 +13,7 @@ from hemline.cli.main import main
 from hemline.errors import BadInput, BadModel
 from hemline.files import read_tensors, write_tensors
 from hemline.files.tensors import tensor_bytes
-from hemline.models.make.terms import contents, with_terms
+from hemline.models.make.terms import add_terms, read_contents
 from tests.animators import made_coarse as made
 
 
@@ -22,9 +22,9 @@ def test_it_is_known_by_its_name_and_needs_no_fit(tmp_path):
     assert isinstance(live, animators.Wearable) and not isinstance(live, animators.Animator)
     assert (live.name, dict(live.figures), live) == ("live", {}, Live())
     live.save(tmp_path / "live.safetensors")
-    arrays, metadata = contents(tmp_path / "live.safetensors")
-    made = tensor_bytes(arrays, with_terms("live", metadata))
-    assert made == animators.model_path("live").read_bytes(), "python -m hemline.models.make.live"
+    arrays, metadata = read_contents(tmp_path / "live.safetensors")
+    made = tensor_bytes(arrays, add_terms("live", metadata))
+    assert made == animators.model_path("live").read_bytes(), "python -m hemline.models.make.terms --live"
 
 
 def test_options_travel_in_a_file(tmp_path):

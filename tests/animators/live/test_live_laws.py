@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from hemline import motions
-from hemline.animators.teleport import RigidTransform, is_teleport
 from hemline.animators.live import Live, LiveConfig
+from hemline.animators.rigid_transform import RigidTransform
+from hemline.animators.teleport import is_teleport
 from hemline.errors import SimulationFailed
 from hemline.meshes import edge_strains
 from hemline.motions.motion import Pose
@@ -77,7 +78,7 @@ def test_a_body_that_is_put_elsewhere_takes_its_cloth_along(run, poses):
         ((0, 0, 0), 2.5, 0.5, False),
     ],
 )
-def test_which_ways_are_leaps(way, yaw, seconds, expected):
+def test_which_motions_are_teleports(way, yaw, seconds, expected):
     pose = made.body().rest_pose
     assert is_teleport(pose, put(pose, way, yaw), seconds) == expected
 

@@ -7,14 +7,14 @@ import pytest
 
 from hemline import animators, bodies, garments
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
-from hemline.animators.ropes.bones.bones import seen_bones
+from hemline.animators.ropes.bones.bones import bones_of_mesh
 from hemline.animators.ropes.fit.fit import fit
-from hemline.animators.ropes.fit.gather import Source, gather
-from hemline.animators.ropes.fit.lay import ropes_for, spread_frames
-from hemline.animators.ropes.layout.layout import lay_out
+from hemline.animators.ropes.fit.fit_ropes import fit_ropes, sample_frames
+from hemline.animators.ropes.fit.gather import TakeFrames, gather
+from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.datasets import Take, create
 from hemline.errors import BadDataset, BadOutput, MissingExtra
-from hemline.learning.key_frame import to_key
+from hemline.learning.key_frame import to_key_frame
 from hemline.motions import Motion
 from hemline.motions.quaternions import multiply
 
@@ -127,8 +127,8 @@ def brief(dataset) -> AnimatorRopes:
 
 
 def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment, shaped, tmp_path):
-    source = Source.of(dataset)
-    ropes = lay_out(garment, shaped, rest=garment.vertices)
+    source = TakeFrames.of(dataset)
+    ropes = build_ropes(garment, shaped, rest=garment.vertices)
     frames, clear = gather(source, ropes, tmp_path, mirror=False)
     assert len(frames.side) == 10 * (40 - LEAD_IN)
     assert [len(part) for part in (frames.train, frames.val, frames.test)] == [8 * 36, 36, 36]
@@ -142,7 +142,7 @@ def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment
     # bones carried by the body hardly move in the frame of the neck, the others as the cloth does
     assert frames.free.reshape(-1, 3)[ropes.kinematic].max() == 0
     node = int(np.flatnonzero(frames.free.reshape(-1, 3)[:, 0])[-1])
-    on_mesh = ropes.embedded(expected)[node]
+    on_mesh = ropes.positions_on(expected)[node]
     np.testing.assert_allclose(frames.bones[0].reshape(-1, 3)[node], on_mesh, atol=2e-6)
     assert frames.rope_bones.shape == frames.bones.shape
     # clearances know where the body is: half-spaces in the frame of the neck whose points are body vertices
@@ -156,24 +156,26 @@ def test_frames_are_gathered_without_lead_ins_and_split_by_clip(dataset, garment
 
 
 def test_a_fit_lays_bones_by_skinning_decomposition_where_asked(dataset, garment, shaped):
-    source = Source.of(dataset)
+    source = TakeFrames.of(dataset)
     asked = replace(TINY, layout="ssdr", calibrate=False, chains=4, chain_bones=5)
-    ropes, figures = ropes_for(source, shaped, garment.vertices, asked, None)
-    even, _ = ropes_for(source, shaped, garment.vertices, replace(asked, layout="geodesic"), None)
+    ropes, figures = fit_ropes(source, shaped, garment.vertices, asked, None)
+    even, _ = fit_ropes(source, shaped, garment.vertices, replace(asked, layout="geodesic"), None)
     assert len(ropes.chains.offsets) == 5 and figures["train_ropes_mm"] > 0
     assert even.node_count == 4 * 5 + 5 and ropes.node_count <= even.node_count
     assert not np.array_equal(ropes.rest[ropes.chains.offsets[:-1] + 1], even.rest[even.chains.offsets[:-1] + 1])
     # from frames without the motion of the neck, of the takes to train on alone
-    frames = spread_frames(source, shaped)
+    frames = sample_frames(source, shaped)
     assert frames.shape == (80, ROWS * COLUMNS, 3)
     neck = shaped.posed(shaped.rest_pose).transforms[12].astype(np.float64)
     np.testing.assert_allclose(
-        frames[:, :COLUMNS], np.broadcast_to(to_key(neck, garment.vertices[:COLUMNS]), (80, COLUMNS, 3)), atol=0.02
+        frames[:, :COLUMNS],
+        np.broadcast_to(to_key_frame(neck, garment.vertices[:COLUMNS]), (80, COLUMNS, 3)),
+        atol=0.02,
     )
 
 
 def test_mirrored_frames_are_for_training_only_and_are_mirror_images(dataset, garment, tmp_path):
-    source, ropes = Source.of(dataset), lay_out(garment, bodies.load("anny24").shaped(), rest=garment.vertices)
+    source, ropes = TakeFrames.of(dataset), build_ropes(garment, bodies.load("anny24").shaped(), rest=garment.vertices)
     frames, _ = gather(source, ropes, tmp_path, mirror=True)
     assert [len(part) for part in (frames.train, frames.val, frames.test)] == [2 * 8 * 36, 36, 36]
     one, image = frames.displacements[:36], frames.displacements[36:72]
@@ -206,12 +208,12 @@ def test_bones_that_are_given_are_used(fitted, dataset):
     body = bodies.load("anny24").shaped()
     posed = body.posed(seen.motion[9])
     state = fitted.start(posed)
-    bones = seen_bones(fitted.ropes, seen.vertices[9], posed)
+    bones = bones_of_mesh(fitted.ropes, seen.vertices[9], posed)
     _, one = fitted.step(state, posed, 1 / 30, bones=bones)
     _, two = fitted.follow(state, posed, 1 / 30, seen.vertices[9])
     np.testing.assert_array_equal(one, two)
     # the ropes' own are corrected, given ones are not: by a centimetre here, whatever the fit made of it
-    quiet = fitted.correction.silent()
+    quiet = fitted.correction.with_zero_output()
     constant = replace(quiet, biases=(*quiet.biases[:-1], np.full_like(quiet.biases[-1], 0.01)))
     roped = replace(fitted, learned=None, correction=constant)
     after, own = roped.step(roped.start(posed), posed, 1 / 30)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from hemline.animators.ropes.config import RopesConfig
-from hemline.animators.ropes.fit.fit import kept_correction
+from hemline.animators.ropes.fit.fit import choose_correction
 from hemline.animators.ropes.fit.learn import Learned, learn
-from hemline.animators.ropes.fit.linear import HARDLY
+from hemline.animators.ropes.fit.linear import SMALL_NOISE
 from hemline.errors import BadInput, BadModel
-from hemline.learning.collision import Clearances, missing
+from hemline.learning.collision import Clearances, shortfall
 from hemline.learning.fit.batches import SMALLEST_DEVIATION
 from hemline.learning.ridge import ridge
 from tests.animators.swaying import VERTICES, swaying_frames
@@ -53,8 +53,8 @@ def learned(frames, floor) -> Learned:
 
 def played(learned: Learned, bones: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Displacements (frames, rows) after the first network, and after both."""
-    first = learned.skinning.many(bones) @ learned.skinning_basis.unpacked()
-    return first, first + learned.shape.many(bones) @ learned.shape_basis.unpacked()
+    first = learned.skinning.many(bones) @ learned.skinning_basis.unpack()
+    return first, first + learned.shape.many(bones) @ learned.shape_basis.unpack()
 
 
 def mean_mm(displacements: np.ndarray) -> float:
@@ -86,7 +86,7 @@ def line(frames, wanted: np.ndarray) -> np.ndarray:
 
 def test_first_basis_is_the_svd_of_what_a_line_says_of_the_truth(learned, frames):
     _, _, vectors = np.linalg.svd(line(frames, frames.displacements[frames.train]), full_matrices=False)
-    basis = learned.skinning_basis.unpacked()[:6]
+    basis = learned.skinning_basis.unpack()[:6]
     cosines = np.abs((basis * vectors[:6]).sum(axis=1) / np.linalg.norm(basis, axis=1))
     assert cosines.min() > 0.9995  # 8 bits
 
@@ -94,10 +94,10 @@ def test_first_basis_is_the_svd_of_what_a_line_says_of_the_truth(learned, frames
 def test_second_basis_is_the_svd_of_what_a_line_says_of_what_the_trained_first_network_left(learned, frames):
     bones = frames.bones[frames.train]
     first, _ = played(learned, bones)
-    matrix, offset = ridge(bones, first.astype(np.float64), np.full(bones.shape[1], HARDLY))
+    matrix, offset = ridge(bones, first.astype(np.float64), np.full(bones.shape[1], SMALL_NOISE))
     said = line(frames, frames.displacements[frames.train]) - (bones @ matrix.T + offset)
     _, values, vectors = np.linalg.svd(said, full_matrices=False)
-    basis = learned.shape_basis.unpacked()
+    basis = learned.shape_basis.unpack()
     apart = [k for k in range(6) if values[k + 1] < 0.97 * values[k] and (k == 0 or values[k] < 0.97 * values[k - 1])]
     assert len(apart) >= 3
     cosines = np.abs((basis * vectors[: len(basis)]).sum(axis=1) / np.linalg.norm(basis, axis=1))
@@ -217,7 +217,7 @@ def test_the_collision_term_takes_vertices_out_of_the_body(frames, floor, roped)
         train = frames.train
         both = across(found, slack[train]) if roped else played(found, frames.bones[train])[1]
         offsets = (both - frames.displacements[train]).reshape(len(train), -1, 3)
-        return int((missing(offsets, *floor.rows(train, np.arange(VERTICES)), 0.0) > 0).sum())
+        return int((shortfall(offsets, *floor.rows(train, np.arange(VERTICES)), 0.0) > 0).sum())
 
     without, with_term = inside(coarse), inside(replace(coarse, **weights))
     assert without > 50
@@ -228,7 +228,7 @@ def test_order_of_the_frames_changes_only_the_luck_of_the_batches(learned, frame
     order = np.random.default_rng(3).permutation(len(frames.side))
     shuffled = learn(swaying_frames(order=order), None, SMALL, seed=0)
     straight = learn(frames, None, SMALL, seed=0)
-    np.testing.assert_allclose(shuffled.skinning_basis.unpacked(), straight.skinning_basis.unpacked(), atol=2e-3)
+    np.testing.assert_allclose(shuffled.skinning_basis.unpack(), straight.skinning_basis.unpack(), atol=2e-3)
     # each frame stands alone: the error is the same but for the order in which batches are drawn
     assert shuffled.figures["test_error_mm"] == pytest.approx(straight.figures["test_error_mm"], rel=0.4)
 
@@ -237,7 +237,7 @@ def test_sampled_collision_loss_is_unbiased(frames, floor):
     import torch
 
     from hemline.animators.ropes.fit.networks import CoefficientObjective
-    from hemline.animators.ropes.fit.training_set import Contact, TrainingSet
+    from hemline.animators.ropes.fit.training_set import CollisionTerm, TrainingSet
     from hemline.learning.pca import principal_of_map
 
     rows = 3 * VERTICES
@@ -252,7 +252,7 @@ def test_sampled_collision_loss_is_unbiased(frames, floor):
         frames.val,
         VERTICES,
     )
-    contact = Contact(found.basis, frames.displacements, None, floor)
+    contact = CollisionTerm(found.basis, frames.displacements, None, floor)
     chosen = frames.train[::10]
     guess = torch.from_numpy(np.float32(1.2) * training.coefficients[chosen])
 
@@ -293,7 +293,7 @@ def test_options_that_make_no_sense_are_refused(change, complaint):
 
 def constant(network, value: float):
     """A network that answers the same to everything."""
-    quiet = network.silent()
+    quiet = network.with_zero_output()
     return replace(quiet, biases=(*quiet.biases[:-1], np.full_like(quiet.biases[-1], value)))
 
 
@@ -302,11 +302,11 @@ def test_a_correction_that_is_no_better_on_validation_is_silenced(frames, learne
     off = replace(frames, rope_bones=frames.bones - np.float32(0.05))
     for value, kept in ((0.05, True), (-0.05, False)):
         given = replace(learned, correction=constant(learned.correction, value))
-        network, figures = kept_correction(off, given)
+        network, figures = choose_correction(off, given)
         np.testing.assert_allclose(network(off.rope_bones[0]), value if kept else 0.0, atol=1e-6)
         better = figures["val_corrected_error_mm"] < figures["val_uncorrected_error_mm"]
         assert better == kept
     # nothing to judge it by
     blind = replace(off, side=np.zeros_like(off.side))
-    network, figures = kept_correction(blind, given)
+    network, figures = choose_correction(blind, given)
     assert network is given.correction and not figures

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.animators.ropes.layout.layout import lay_out
+from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.ropes.mechanics.balance import STANDARD_GRAVITY, drape_balance
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 
@@ -19,7 +19,7 @@ def shaped():
 
 @functools.cache
 def ropes(name="cape-light"):
-    return lay_out(garments.load(name), shaped(), chain_count=6, bone_counts=(8, 9))
+    return build_ropes(garments.load(name), shaped(), chain_count=6, bone_counts=(8, 9))
 
 
 def stood_mm(each, seconds, shove=0.0, fps=30):

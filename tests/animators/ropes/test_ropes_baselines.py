@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from hemline import bodies, garments
 from hemline.animators.base import Animator, Driven
 from hemline.animators.ropes.bones.bones import rest_bones
-from hemline.animators.ropes.layout.layout import lay_out
+from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.errors import BadOutput
 from papers.rope_chains.baselines import Baseline, BoneSkin, MassSpringNet
 from papers.rope_chains.baselines.mass_spring import Springs
@@ -24,7 +24,7 @@ def worn():
     garment = garments.make_cape(body, rows=12, columns=14)
     chains = tuple(tuple(row * 14 + column for row in range(1, 12, 2)) for column in (1, 5, 8, 12))
     garment = replace(garment, chains=chains)
-    return body, garment, lay_out(garment, body)
+    return body, garment, build_ropes(garment, body)
 
 
 def skin() -> BoneSkin:
@@ -76,7 +76,7 @@ def test_fitted_weights_are_shares_and_find_what_made_the_frames():
     )
     moved = 0.1 * random.normal(size=(40, *bones.shape))
     seen = np.stack([truth.vertices(m.astype(np.float32).reshape(-1), rest, bones, KEY) - rest for m in moved])
-    fitted = near.fitted(moved, seen, rest, bones)
+    fitted = near.fit(moved, seen, rest, bones)
     assert (fitted.weights >= 0).all()
     np.testing.assert_allclose(fitted.weights.sum(axis=1), 1, atol=1e-5)
 
@@ -93,7 +93,7 @@ def test_a_mass_on_a_spring_hangs_by_its_weight_over_the_stiffness():
         x, masses = np.array([[0, 0, 0], [0, -0.5, 0.0]]), np.array([1.0, 0.02])
         for _ in range(60):  # without memory of velocities each step goes on towards the equilibrium
             aim = x + [[0, 0, 0], [0, -GRAVITY * 0.25**2, 0]]
-            x = springs.stepped(x, aim, masses, np.array([1]), 0.25)
+            x = springs.step(x, aim, masses, np.array([1]), 0.25)
         assert -x[1, 1] == pytest.approx(0.5 + 0.02 * GRAVITY / stiffness, abs=2e-5)
 
 
@@ -117,7 +117,7 @@ def hung(stiffness) -> np.ndarray:
     x[:5] = flat[:5] * [0.5, 1, 1]
     for _ in range(150):
         aim = x - [0, GRAVITY * 0.05**2, 0] * (np.arange(25) >= 5)[:, None]
-        x = springs.stepped(x, aim, np.full(25, 0.02), np.arange(5, 25), 0.05)
+        x = springs.step(x, aim, np.full(25, 0.02), np.arange(5, 25), 0.05)
     return x
 
 
@@ -140,7 +140,7 @@ def test_a_net_is_stable_at_any_stiffness_and_step(stiffness, dt):
         state, moved = net.step(state, posed, dt, rest)
     assert np.isfinite(moved).all()
     assert np.abs(moved).max() < (60 if stiffness == 1 else 2)
-    distance, _ = ropes.proxy.distances(state.positions[ropes.parents >= 0], ropes.proxy.posed(posed))
+    distance, _ = ropes.proxy.distances(state.positions[ropes.parents >= 0], ropes.proxy.joint_frames(posed))
     assert (distance > np.minimum(ropes.chains.clearances[ropes.parents >= 0], 0.02) - 1e-6).mean() > 0.95
 
 

@@ -7,11 +7,10 @@ import pytest
 
 from hemline import animators, bodies, garments, motions
 from hemline.animators.ropes.bones.chains import Ropes
-from hemline.animators.ropes.bones.checked import checked_ropes
-from hemline.animators.ropes.bones.embedding import Carriage, Embedding
-from hemline.animators.ropes.fit import calibrate
-from hemline.animators.ropes.fit.calibrate import bone_error_mm, calibrated
-from hemline.animators.ropes.layout.layout import lay_out
+from hemline.animators.ropes.bones.embedding import Carriage, NodeEmbedding
+from hemline.animators.ropes.bones.reading import read_ropes
+from hemline.animators.ropes.fit.calibrate import _descend, _windows, bone_error_mm, calibrate
+from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.errors import BadDataset, BadInput, BadModel
 from hemline.motions import Motion, Pose
@@ -25,12 +24,12 @@ def shaped(betas=()):
 
 @functools.cache
 def ropes():
-    return lay_out(garments.load("cape-light"), shaped(), chain_count=6, bone_counts=(8, 9))
+    return build_ropes(garments.load("cape-light"), shaped(), chain_count=6, bone_counts=(8, 9))
 
 
 @functools.cache
 def clip(name, fps=60):
-    return shaped().placed(motions.load(name).resampled(fps))
+    return shaped().placed(motions.load(name).resample(fps))
 
 
 def moved(pose, way):
@@ -39,25 +38,25 @@ def moved(pose, way):
 
 def test_carried_bones_are_where_the_embedding_is_at_rest():
     rest = shaped().posed(shaped().rest_pose)
-    np.testing.assert_allclose(ropes().carried(rest), ropes().rest[ropes().kinematic], atol=1e-6)
-    np.testing.assert_allclose(ropes().embedded(garments.load("cape-light").vertices), ropes().rest, atol=1e-6)
+    np.testing.assert_allclose(ropes().kinematic_positions(rest), ropes().rest[ropes().kinematic], atol=1e-6)
+    np.testing.assert_allclose(ropes().positions_on(garments.load("cape-light").vertices), ropes().rest, atol=1e-6)
 
 
 def test_embedding_of_many_frames_is_that_of_each():
-    embedding = Embedding(np.array([[0, 2, 3], [1, 1, 2]], np.int32), np.array([[0.2, 0.3, 0.5], [1, 0, 0]]))
+    embedding = NodeEmbedding(np.array([[0, 2, 3], [1, 1, 2]], np.int32), np.array([[0.2, 0.3, 0.5], [1, 0, 0]]))
     clip_of = np.random.default_rng(0).normal(size=(5, 4, 3))
-    found = embedding.embedded(clip_of)
+    found = embedding.positions_on(clip_of)
     np.testing.assert_allclose(found[:, 0], 0.2 * clip_of[:, 0] + 0.3 * clip_of[:, 2] + 0.5 * clip_of[:, 3])
     np.testing.assert_allclose(found[:, 1], clip_of[:, 1])
-    np.testing.assert_allclose(embedding.embedded(clip_of[2]), found[2])
+    np.testing.assert_allclose(embedding.positions_on(clip_of[2]), found[2])
 
 
 def test_carrying_a_clip_is_carrying_each_pose():
     motion = clip("run")[:6]
     transforms, _ = shaped().transforms_of(motion.rotations, motion.translations)
-    every = ropes().carried_by(transforms, shaped())
+    every = ropes().kinematic_paths(transforms, shaped())
     for frame in range(6):
-        np.testing.assert_allclose(ropes().carried(shaped().posed(motion[frame])), every[frame], atol=1e-6)
+        np.testing.assert_allclose(ropes().kinematic_positions(shaped().posed(motion[frame])), every[frame], atol=1e-6)
 
 
 @pytest.mark.parametrize("fps", [120, 60, 30, 24])
@@ -210,7 +209,7 @@ def test_ropes_are_whole_again_a_second_after_a_long_step_or_a_jump(way, dt):
 
 
 def test_arrays_and_back_play_the_same_bits():
-    again = checked_ropes(ropes().arrays(), ropes().metadata())
+    again = read_ropes(ropes().arrays(), ropes().metadata())
     posed = [shaped().posed(clip("run")[k]) for k in range(6)]
     runs = []
     for each in (ropes(), again):
@@ -243,7 +242,7 @@ def test_damaged_ropes_are_refused(change, match):
             value = arrays[name].astype(float) * {"zero": 0, "nan": np.nan, "float": 1}[value]
         arrays[name] = value
     with pytest.raises(BadModel, match=match):
-        checked_ropes({name: array for name, array in arrays.items() if array is not None}, ropes().metadata())
+        read_ropes({name: array for name, array in arrays.items() if array is not None}, ropes().metadata())
 
 
 @pytest.mark.parametrize(
@@ -257,7 +256,7 @@ def test_damaged_ropes_are_refused(change, match):
 )
 def test_damaged_metadata_is_refused(change, match):
     with pytest.raises(BadModel, match=match):
-        checked_ropes(ropes().arrays(), ropes().metadata() | change)
+        read_ropes(ropes().arrays(), ropes().metadata() | change)
 
 
 @pytest.mark.parametrize(
@@ -284,7 +283,8 @@ def test_constants_that_cannot_be_used_are_refused(change, match):
 def test_constants_and_back():
     constants = RopeConstants(wind=(1, 2, 3), position_push="history", tension_sweeps=5, position_update="project")
     assert options_of(RopeConstants, constants.as_dict()) == constants
-    assert constants.choices().tolist() == [5, 0, 1, 0, 1]
+    assert constants.step_settings()[1:] == (5, 0, True)
+    assert constants.contact_settings() == (constants.friction, 1.0, 0.0)
 
 
 def test_carriage_follows_the_nearest_skin():
@@ -292,7 +292,7 @@ def test_carriage_follows_the_nearest_skin():
     carriage = Carriage.of(point[None], shaped())
     np.testing.assert_allclose(carriage.weights.sum(1), 1)
     posed = shaped().posed(clip("run")[30])
-    found = carriage.carried(posed.transforms, carriage.rest)
+    found = carriage.positions_in(posed.transforms, carriage.rest)
     assert np.linalg.norm(found[0] - posed.vertices[1234]) == pytest.approx(0.004, abs=0.002)
 
 
@@ -312,7 +312,7 @@ def test_calibration_comes_closer_to_what_made_the_bones():
     truth = swung(RopeConstants(drag=4.0, lateral=2.0, parent_damping=3.0, friction=0.1), motion)
     used = {"window_seconds": 0.4, "window_count": 3}
     before = bone_error_mm(ropes(), shaped(), [(motion, truth)], **used)
-    found = calibrated(ropes(), shaped(), [(motion, truth)], **used)
+    found = calibrate(ropes(), shaped(), [(motion, truth)], **used)
     after = bone_error_mm(found, shaped(), [(motion, truth)], **used)
     assert after < 0.8 * before
     bound = 0.4 / found.constants.substep**2
@@ -324,9 +324,9 @@ def test_the_gradient_leads_to_what_made_the_bones():
     torch.set_num_threads(1)
     motion = clip("turn", 30)[:50]
     truth = swung(RopeConstants(drag=4.0, lateral=2.0, parent_damping=3.0, friction=0.1), motion)
-    windows = calibrate._windows(ropes(), shaped(), [(motion, truth)], 0.4, 3)
+    windows = _windows(ropes(), shaped(), [(motion, truth)], 0.4, 3)
     limits = {"drag": 30.0, "lateral": 30.0, "parent_damping": 30.0}
-    found = list(calibrate._descended(ropes(), windows, limits, 9))
+    found = list(_descend(ropes(), windows, limits, 9))
     errors = [
         bone_error_mm(each, shaped(), [(motion, truth)], window_seconds=0.4, window_count=3)
         for each in (ropes(), *(ropes().with_constants(each) for each in found))
@@ -338,7 +338,7 @@ def test_the_gradient_leads_to_what_made_the_bones():
 def test_calibration_refuses_what_does_not_fit():
     motion = clip("turn", 30)[:50]
     with pytest.raises(BadDataset, match="bones of clip 0"):
-        calibrated(ropes(), shaped(), [(motion, np.zeros((50, 3, 3)))])
+        calibrate(ropes(), shaped(), [(motion, np.zeros((50, 3, 3)))])
     short = Motion(motion.rotations[:5], motion.translations[:5], 30, motion.leg_length)
     with pytest.raises(BadDataset, match="windows of a clip"):
         bone_error_mm(ropes(), shaped(), [(short, np.zeros((5, ropes().node_count, 3)))])

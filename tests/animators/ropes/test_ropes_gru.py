@@ -7,10 +7,10 @@ import pytest
 
 from hemline import bodies, garments
 from hemline.animators.ropes.bones.body_inputs import BodyAtRest, body_inputs
-from hemline.animators.ropes.bones.bones import rest_bones, seen_bones
-from hemline.animators.ropes.layout.layout import lay_out
+from hemline.animators.ropes.bones.bones import bones_of_mesh, rest_bones
+from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.errors import BadDataset
-from hemline.learning.key_frame import to_key
+from hemline.learning.key_frame import to_key_frame
 from hemline.motions import Pose
 from papers.rope_chains.baselines import ChainGrus
 from papers.rope_chains.baselines.gru import WARM_UP, GruCells, chain_slots
@@ -47,7 +47,7 @@ def cells(data) -> GruCells:
 
 def played(cells: GruCells, data, clip: int) -> np.ndarray:
     """Bones of a whole clip after the warm-up, from a blank hidden state at its third frame [m]."""
-    hidden, found = cells.blank, []
+    hidden, found = cells.initial_state, []
     for frame in range(FRAMES * clip + 3, FRAMES * (clip + 1)):
         hidden, moved = cells.step(hidden, data.body[frame])
         found.append(moved)
@@ -66,19 +66,19 @@ def errors_mm(cells: GruCells, data, clips) -> tuple[float, float]:
 
 def test_a_step_is_that_of_torch(cells, data):
     random = np.random.default_rng(3)
-    hidden = random.uniform(-1, 1, cells.blank.shape).astype(np.float32)
+    hidden = random.uniform(-1, 1, cells.initial_state.shape).astype(np.float32)
     body = data.body[40]
     after, moved = cells.step(hidden, body)
     x = torch.from_numpy((body - cells.mean) / cells.spread)
     for chain in range(len(SLOTS)):
         cell = torch.nn.GRUCell(len(body), hidden.shape[1])
-        ours = (cells.seeing, cells.recalling, cells.seeing_bias, cells.recalling_bias)
+        ours = (cells.input_weights, cells.hidden_weights, cells.input_bias, cells.hidden_bias)
         with torch.no_grad():
             for theirs, each in zip(cell.parameters(), ours, strict=True):
                 theirs.copy_(torch.from_numpy(each[chain]))
             wanted = cell(x[None], torch.from_numpy(hidden[chain])[None])[0].numpy()
         np.testing.assert_allclose(after[chain], wanted, atol=1e-5)
-        shown = cells.showing[chain] @ wanted + cells.showing_bias[chain]
+        shown = cells.output_weights[chain] @ wanted + cells.output_bias[chain]
         np.testing.assert_allclose(moved[SLOTS[chain]].reshape(-1), shown, atol=1e-5)
 
 
@@ -89,7 +89,7 @@ def test_what_plays_is_what_was_trained(data):
     objective = GruObjective(data, slots, options(), 1)
     steps = FRAMES - 3 - WARM_UP
     with torch.no_grad():
-        rolled = objective.rolled(np.array([9 * FRAMES + 2]), steps).numpy()[:, :, 0].reshape(steps, *slots.shape, 3)
+        rolled = objective.roll_out(np.array([9 * FRAMES + 2]), steps).numpy()[:, :, 0].reshape(steps, *slots.shape, 3)
     found = played(objective.cells(), data, 9)
     np.testing.assert_allclose(found[:, [4, 5]], rolled[:, 0, :2], atol=1e-5)
     np.testing.assert_allclose(found[:, :4], rolled[:, 1], atol=1e-5)
@@ -149,7 +149,7 @@ def test_bones_of_a_garment_come_from_body_and_networks(cells):
     body = bodies.load("anny24").shaped()
     garment = garments.make_cape(body, rows=12, columns=14)
     garment = replace(garment, chains=tuple(tuple(14 * row + column for row in (1, 4, 7, 10)) for column in (3, 10)))
-    ropes = lay_out(garment, body)
+    ropes = build_ropes(garment, body)
     free, rest = ropes.parents >= 0, rest_bones(ropes, garment.vertices, body)
     np.testing.assert_array_equal(chain_slots(ropes.parents), SLOTS)
     grus = ChainGrus(ropes, cells, 1 / 30)
@@ -162,7 +162,7 @@ def test_bones_of_a_garment_come_from_body_and_networks(cells):
     np.testing.assert_array_equal(moved, again)
     np.testing.assert_array_equal(start.hidden, hidden)
     np.testing.assert_array_equal(start.bodies, bodies_before)
-    wanted = to_key(posed[1].transforms[ropes.key_index], seen_bones(ropes, garment.vertices, posed[1])) - rest
+    wanted = to_key_frame(posed[1].transforms[ropes.key_index], bones_of_mesh(ropes, garment.vertices, posed[1])) - rest
     moved = moved.reshape(-1, 3)
     np.testing.assert_allclose(moved[~free], wanted[~free], atol=1e-5)
     still, now = (each.transforms.astype(np.float64) for each in posed)

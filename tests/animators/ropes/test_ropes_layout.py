@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.animators.ropes.layout.chart import Chart
-from hemline.animators.ropes.layout.layout import lay_out
+from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.ropes.layout.rim import rim_of
+from hemline.animators.ropes.layout.unroll import UnrolledGarment
 from hemline.errors import BadGarment, BadInput
 from hemline.garments.garment import Garment
 from hemline.garments.material import MATERIALS
@@ -54,7 +54,7 @@ def skirt(columns=40, rows=20, spacing=0.03):
 
 
 def test_the_cape_of_the_paper_has_ten_chains_of_thirteen_to_fifteen_bones():
-    ropes = lay_out(cape("cape"), shaped())
+    ropes = build_ropes(cape("cape"), shaped())
     counts = np.diff(ropes.chains.offsets)
     assert len(counts) == 10 and counts.min() >= 13 and counts.max() <= 15
     assert 130 <= ropes.node_count <= 230
@@ -65,21 +65,21 @@ def test_the_cape_of_the_paper_has_ten_chains_of_thirteen_to_fifteen_bones():
     assert lengths.max() / lengths.min() < 1.3
     hem = [ropes.rest[end - 1] for end in ropes.chains.offsets[1:]]
     from_hem = np.linalg.norm(cape("cape").vertices[None] - np.array(hem)[:, None], axis=2)
-    chart = Chart(cape("cape"))
+    chart = UnrolledGarment(cape("cape"))
     assert (chart.distance[from_hem.argmin(1)] > 0.95 * chart.distance.max()).all()
 
 
 def test_ropes_are_as_long_as_in_the_drape_and_as_their_cloth_where_it_lies_in_folds():
-    tight, loose = (lay_out(cape(), shaped(), strain_p99=strain) for strain in (0.0, 0.05))
+    tight, loose = (build_ropes(cape(), shaped(), strain_p99=strain) for strain in (0.0, 0.05))
     free = tight.parents >= 0
     spans = tight.chains.rest_spans[free]
     np.testing.assert_array_equal(tight.lengths[free], spans)
     total = np.add.reduceat(np.where(free, tight.lengths, 0), tight.chains.offsets[:-1])
-    np.testing.assert_allclose(total, 0.985 * Chart(cape()).distance.max(), rtol=0.03)
+    np.testing.assert_allclose(total, 0.985 * UnrolledGarment(cape()).distance.max(), rtol=0.03)
     np.testing.assert_array_equal(loose.lengths[free], spans)
     # a drape that is pushed together to half its height
     pressed = cape().vertices * np.array([1, 0.5, 1], np.float32)
-    folded = lay_out(cape(), shaped(), rest=pressed, strain_p99=0.05)
+    folded = build_ropes(cape(), shaped(), rest=pressed, strain_p99=0.05)
     slack = folded.lengths[free] > folded.chains.rest_spans[free]
     assert slack.mean() > 0.5
     assert (folded.chains.rest_tensions[free][slack] == 0).all()
@@ -87,7 +87,7 @@ def test_ropes_are_as_long_as_in_the_drape_and_as_their_cloth_where_it_lies_in_f
 
 
 def test_all_of_the_cloth_is_shared_out_as_mass():
-    ropes = lay_out(cape(), shaped())
+    ropes = build_ropes(cape(), shaped())
     area = np.abs(np.linalg.det(cape().rest_edges)).sum() / 2
     assert ropes.masses.sum() == pytest.approx(area * cape().material.density, rel=0.02)
 
@@ -96,7 +96,7 @@ def test_a_closed_rim_has_chains_all_around():
     tube = skirt()
     rim = rim_of(tube)
     assert rim.closed and len(rim.vertices) == 40
-    ropes = lay_out(tube, shaped(), chain_count=8, bone_counts=(6, 6))
+    ropes = build_ropes(tube, shaped(), chain_count=8, bone_counts=(6, 6))
     offsets = ropes.chains.offsets
     assert offsets[0] == 8 and (np.diff(offsets) == 6).all()
     for first, last in pairwise(offsets):
@@ -114,7 +114,7 @@ def test_a_closed_rim_has_chains_all_around():
 
 def test_more_chains_than_the_rim_has_vertices_still_reach_the_hem():
     """A coarse mesh of 16 columns, 26 chains of 9 bones (what a fit asks for by default)."""
-    ropes = lay_out(skirt(columns=16, rows=10), shaped(), chain_count=26, bone_counts=(9, 9))
+    ropes = build_ropes(skirt(columns=16, rows=10), shaped(), chain_count=26, bone_counts=(9, 9))
     ends = ropes.rest[ropes.chains.offsets[1:] - 1]
     assert len(ends) == 26
     np.testing.assert_allclose(ends[:, 1], -0.27, atol=0.012)
@@ -123,14 +123,14 @@ def test_more_chains_than_the_rim_has_vertices_still_reach_the_hem():
 def test_without_pins_the_chains_hang_from_the_highest_rim():
     pinned = skirt()
     loose = replace(pinned, pins=NO_PINS)
-    with_pins, without = lay_out(pinned, shaped(), chain_count=6), lay_out(loose, shaped(), chain_count=6)
+    with_pins, without = build_ropes(pinned, shaped(), chain_count=6), build_ropes(loose, shaped(), chain_count=6)
     np.testing.assert_allclose(without.rest, with_pins.rest, atol=1e-6)
     np.testing.assert_allclose(without.lengths, with_pins.lengths, atol=1e-6)
 
 
 def test_the_chains_of_a_dress_reach_from_its_collar_to_its_hem():
     dress = cape("dress-light")
-    ropes = lay_out(dress, shaped())
+    ropes = build_ropes(dress, shaped())
     roots, tips = ropes.rest[ropes.chains.offsets[:-1]], ropes.rest[ropes.chains.offsets[1:] - 1]
     low, high = dress.vertices[:, 1].min(), dress.vertices[:, 1].max()
     assert roots[:, 1].min() > high - 0.2 and len(dress.pins) == 0
@@ -140,11 +140,11 @@ def test_the_chains_of_a_dress_reach_from_its_collar_to_its_hem():
 def test_chains_by_hand_are_taken():
     tube = skirt()
     chains = ((0, 80, 160, 240), (10, 90, 170))
-    ropes = lay_out(replace(tube, chains=chains), shaped(), strain_p99=0.0)
+    ropes = build_ropes(replace(tube, chains=chains), shaped(), strain_p99=0.0)
     np.testing.assert_array_equal(ropes.chains.offsets, [0, 4, 7])
     np.testing.assert_allclose(ropes.rest, tube.vertices[[*chains[0], *chains[1]]], atol=1e-6)
     np.testing.assert_allclose(ropes.lengths[[1, 2, 3, 5, 6]], 0.06, rtol=1e-4)
-    np.testing.assert_allclose(ropes.embedded(tube.vertices), ropes.rest, atol=1e-6)
+    np.testing.assert_allclose(ropes.positions_on(tube.vertices), ropes.rest, atol=1e-6)
 
 
 def columns_of(garment, chosen, rows, columns):
@@ -154,7 +154,7 @@ def columns_of(garment, chosen, rows, columns):
 
 def test_chains_by_hand_all_around_are_joined_where_they_close():
     tube = columns_of(skirt(), range(0, 40, 5), (0, 5, 10, 15), 40)
-    chains = lay_out(tube, shaped(), strain_p99=0.0).chains
+    chains = build_ropes(tube, shaped(), strain_p99=0.0).chains
     assert len(chains.pairs) == 8 * 3
     assert (chains.lengths[chains.offsets[:-1]] == 0).all()
     closing = chains.pairs[(chains.pairs >= 28).any(1) & (chains.pairs < 4).any(1)]
@@ -162,7 +162,7 @@ def test_chains_by_hand_all_around_are_joined_where_they_close():
     # the cloth between two of them is an arc of five edges, not the chord
     np.testing.assert_allclose(chains.pair_spans[:, 1], 5 * 0.5 * np.sin(np.pi / 40), rtol=1e-3)
     assert (chains.pair_spans[:, 1] > 1.02 * chains.pair_spans[:, 0]).all()
-    open_sheet = lay_out(columns_of(cape(), range(4, 80, 10), (1, 17, 33, 49), 80), shaped()).chains
+    open_sheet = build_ropes(columns_of(cape(), range(4, 80, 10), (1, 17, 33, 49), 80), shaped()).chains
     assert len(open_sheet.pairs) == 7 * 3
 
 
@@ -175,25 +175,25 @@ def test_chains_by_hand_on_separate_cloths_are_not_joined():
         rest_edges=np.concatenate([tube.rest_edges] * 2),
         chains=((0, 80, 160), (5, 85, 165), (800, 880, 960)),
     )
-    chains = lay_out(below, shaped()).chains
+    chains = build_ropes(below, shaped()).chains
     np.testing.assert_array_equal(chains.pairs, [[1, 4], [2, 5]])
     assert np.isfinite(chains.pair_spans).all()
 
 
 def test_the_skirt_of_the_paper_has_its_twenty_six_chains_of_nine_bones():
     light = garments.load("skirt-light")
-    ropes = lay_out(light, shaped())
+    ropes = build_ropes(light, shaped())
     assert (np.diff(ropes.chains.offsets) == 9).all() and ropes.node_count == 26 * 9
     assert len(ropes.chains.pairs) == 26 * 8
     np.testing.assert_allclose(ropes.rest, light.vertices[np.concatenate(light.chains)], atol=1e-6)
 
 
 def test_points_have_the_coordinates_that_were_asked_for():
-    chart = Chart(skirt())
+    chart = UnrolledGarment(skirt())
     for share, depth in ((0.13, 0.1), (0.99, 0.31), (0.5, 0.5)):
         corners, weights = chart.point(share, depth)
         assert weights @ chart.distance[corners] == pytest.approx(depth, abs=1e-9)
-        assert np.abs(weights @ chart.rim.difference(chart.share[corners], share)) < 1e-9
+        assert np.abs(weights @ chart.rim.difference(chart.fraction[corners], share)) < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -201,20 +201,20 @@ def test_points_have_the_coordinates_that_were_asked_for():
 )
 def test_counts_that_cannot_be_used_are_refused(options):
     with pytest.raises(BadGarment, match="cannot be made"):
-        lay_out(cape(), shaped(), **options)
+        build_ropes(cape(), shaped(), **options)
 
 
 def test_chains_that_do_not_fit_are_refused():
     for chains in (((0,),), ((0, 5_000_000),)):
         with pytest.raises(BadGarment, match=r"chain"):
-            lay_out(replace(skirt(), chains=chains), shaped())
+            build_ropes(replace(skirt(), chains=chains), shaped())
 
 
 def test_a_rim_of_one_vertex_is_refused():
     tube = skirt()
     one = Pins(*(getattr(tube.pins, name)[:1] for name in ("vertices", "body_faces", "barycentric", "heights")))
     with pytest.raises(BadGarment, match="pinned or an open rim"):
-        lay_out(replace(tube, pins=one), shaped())
+        build_ropes(replace(tube, pins=one), shaped())
 
 
 @pytest.mark.parametrize(
@@ -226,7 +226,7 @@ def test_a_rim_of_one_vertex_is_refused():
 )
 def test_chains_by_hand_that_cannot_hang_are_refused(chains, match):
     with pytest.raises(BadGarment, match=match):
-        lay_out(replace(skirt(), chains=chains), shaped())
+        build_ropes(replace(skirt(), chains=chains), shaped())
 
 
 def swinging(tube, centres, columns, rows):
@@ -241,7 +241,7 @@ def swinging(tube, centres, columns, rows):
 def test_a_skinning_decomposition_puts_chains_where_cloth_moves_as_one():
     tube, centres = skirt(40, 21), (np.arange(4) + 0.3) / 4
     frames = swinging(tube, centres, 40, 21)
-    ropes = lay_out(tube, shaped(), frames=frames, chain_count=4, bone_counts=(3, 3), strain_p99=0.0)
+    ropes = build_ropes(tube, shaped(), frames=frames, chain_count=4, bone_counts=(3, 3), strain_p99=0.0)
     chains = ropes.chains
     angle = np.arctan2(ropes.rest[:, 0], ropes.rest[:, 2]) / (2 * np.pi) % 1
     np.testing.assert_allclose(np.sort(angle[chains.offsets[:-1]]), centres, atol=0.03)
@@ -255,7 +255,7 @@ def test_a_skinning_decomposition_puts_chains_where_cloth_moves_as_one():
 def test_decomposed_bones_that_lie_on_each_other_become_one():
     tube = skirt(40, 21)
     frames = swinging(tube, (np.arange(4) + 0.3) / 4, 40, 21)
-    chains = lay_out(tube, shaped(), frames=frames, chain_count=4, bone_counts=(9, 9), strain_p99=0.0).chains
+    chains = build_ropes(tube, shaped(), frames=frames, chain_count=4, bone_counts=(9, 9), strain_p99=0.0).chains
     spacing = 0.985 * 0.6 / 8
     assert chains.lengths[chains.parents >= 0].min() > 0.3 * spacing
     assert np.diff(chains.offsets).min() >= 4 and np.diff(chains.offsets).max() <= 14
@@ -264,4 +264,4 @@ def test_decomposed_bones_that_lie_on_each_other_become_one():
 def test_a_decomposition_into_more_bones_than_it_has_vertices_for_is_refused():
     tube = skirt(12, 6)
     with pytest.raises(BadInput, match="fewer bones"):
-        lay_out(tube, shaped(), frames=tube.vertices[None], chain_count=10, bone_counts=(13, 15))
+        build_ropes(tube, shaped(), frames=tube.vertices[None], chain_count=10, bone_counts=(13, 15))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies
-from hemline.animators.ropes.bones.body_inputs import AT_REST, COUNT, BodyAtRest, body_inputs
+from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, REST_INPUTS, BodyAtRest, body_inputs
 from hemline.animators.ropes.bones.learned_bones import LearnedBones, LearnedBonesState
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.fit.sequences import Sequences
@@ -68,7 +68,7 @@ def sequences_of(clips: range) -> Sequences:
     for clip in clips:
         frames = transforms(clip)
         keys, count = frames[:, KEY], len(frames)
-        inputs = np.zeros((count, COUNT))
+        inputs = np.zeros((count, BODY_INPUT_COUNT))
         inputs[2:] = body_inputs(body, frames[:-2], frames[1:-1], frames[2:], H, H)
         bones = (on_springs(frames) - keys[:, None, :, 3]) @ keys[:, :, :3] - REST
         turns, shifts = np.zeros((count, 3, 3)), np.zeros((count, 3))
@@ -147,7 +147,7 @@ def test_on_an_unseen_clip_bones_stay_with_the_simulated_ones(network):
 
 
 def test_the_drape_is_an_equilibrium_of_what_was_trained(network):
-    seen = np.concatenate([AT_REST, np.zeros(len(network[1]) - COUNT, np.float32)])
+    seen = np.concatenate([REST_INPUTS, np.zeros(len(network[1]) - BODY_INPUT_COUNT, np.float32)])
     assert np.abs(network[0](seen)).max() < 1e-6
     assert ((network[1] <= seen) & (seen <= network[2])).all()
     body, still = BodyAtRest(KEY, shaped().joints.astype(np.float64)), shaped().posed(shaped().rest_pose).transforms

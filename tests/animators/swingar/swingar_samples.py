@@ -37,7 +37,7 @@ def inputs(config: EstimatorConfig, vertex_count: int, frames: int, seed: int = 
         "descriptor": np.abs(drawn(config.descriptor)),
         "skin_logits": np.log(weights).astype(np.float32),
         "motion": drawn(frames, 65, 75),
-        "told": drawn(frames, vertex_count, config.features),
+        "told": drawn(frames, vertex_count, config.told),
         "turns": turns / np.linalg.norm(turns, axis=-1, keepdims=True),
         "transforms": drawn(frames, 24, 3, 4),
         "meshes": drawn(frames, 3, vertex_count, 3),

@@ -67,11 +67,11 @@ class Swaying:
         return np.maximum(number - [1, 2], first)
 
     @property
-    def wanted(self) -> np.ndarray:
+    def has_past(self) -> np.ndarray:
         return np.ones(CLIPS * FRAMES, bool)
 
     @property
-    def missed(self) -> np.ndarray:
+    def skinning_errors(self) -> np.ndarray:
         return np.full(len(self.garments), 0.05)
 
     @property

@@ -5,14 +5,15 @@ import itertools
 import numpy as np
 import pytest
 
-from hemline.animators.swingar.curve_kernels import fill_exponentials, fill_tangents
+from hemline.animators.swingar.curve_kernels import fill_exponentials, tangent
 from hemline.animators.swingar.graph import Graph
+from hemline.compiled import kernel
 from hemline.errors import BadInput, BadMesh
 from hemline.learning.product_kernels import product
 from tests.animators.swingar.swingar_samples import graph_of, sheet
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.animators.swingar.fit.layers import GatLn, condensed, gathered_attention  # noqa: E402  # after the skip
+from hemline.animators.swingar.fit.layers import GatLn, condense_heads, gather_attention  # noqa: E402  # after the skip
 
 GRAPH = graph_of()
 VERTS = GRAPH.vertex_count
@@ -21,7 +22,7 @@ VERTS = GRAPH.vertex_count
 def dense_attention(layer, graph, x, scale=None, extra=None):
     """A layer in plain torch, on matrices of all pairs of vertices."""
     mask = torch.zeros((graph.vertex_count, graph.vertex_count), dtype=torch.bool)
-    mask[torch.from_numpy(graph.looking.astype(np.int64)), torch.from_numpy(graph.ring.astype(np.int64))] = True
+    mask[torch.from_numpy(graph.ring_centers.astype(np.int64)), torch.from_numpy(graph.ring.astype(np.int64))] = True
     x = x if scale is None else x * scale[:, None, None, :]
     projected = torch.einsum("thvf,hfd->thvd", x.expand(-1, len(layer.weights), -1, -1), layer.weights)
     if extra is not None:
@@ -43,9 +44,9 @@ def test_a_ring_is_the_vertex_and_its_neighbours():
     graph = Graph.of(np.array([[0, 1, 2], [2, 1, 3]], np.int32), 5)
     rings = [graph.ring[a:b].tolist() for a, b in itertools.pairwise(graph.start)]
     assert rings == [[0, 1, 2], [0, 1, 2, 3], [0, 1, 2, 3], [1, 2, 3], [4]]
-    assert graph.looking.tolist() == [0] * 3 + [1] * 4 + [2] * 4 + [3] * 3 + [4]
+    assert graph.ring_centers.tolist() == [0] * 3 + [1] * 4 + [2] * 4 + [3] * 3 + [4]
     assert graph.start.dtype == graph.ring.dtype == np.int32
-    ring, held = graph.padded
+    ring, held = graph.equal_rings
     assert [row[there > 0].tolist() for row, there in zip(ring, held, strict=True)] == rings
     assert ring[4].tolist() == [4] * 4
 
@@ -66,10 +67,16 @@ def test_products_are_those_of_numpy(shape):
     assert np.allclose(out, left @ right, atol=2e-4) and np.array_equal(out, turned)
 
 
+@kernel
+def fill_tangents(values, out):
+    for i in range(len(values)):
+        out[i] = tangent(values[i])
+
+
 def test_curves_are_those_of_numpy():
     x = np.linspace(-30, 30, 100_001).astype(np.float32)
     out = np.empty_like(x)
-    fill_tangents(x, 1.0, out)
+    fill_tangents(x, out)
     assert np.abs(out - np.tanh(x.astype(np.float64))).max() < 4e-7
     fill_exponentials(x, out)
     assert np.abs(out / np.exp(x.astype(np.float64)) - 1).max() < 3e-7
@@ -98,7 +105,7 @@ def test_values_and_gradients_are_those_of_dense_matrices(case):
     extra = torch.randn(3, VERTS, more) if more else None
     found, plain = layer(GRAPH, x, scale=scale, extra=extra), dense_attention(layer, GRAPH, x, scale, extra)
     assert (found - plain).abs().max() < 1e-5
-    assert (gathered_attention(layer, GRAPH, x, scale, extra) - plain).abs().max() < 1e-5
+    assert (gather_attention(layer, GRAPH, x, scale, extra) - plain).abs().max() < 1e-5
     back = torch.randn_like(plain)
     given = [each for each in (x, scale, *layer.parameters()) if each is not None and each.numel()]
     ours, theirs = (torch.autograd.grad((out * back).sum(), given) for out in (found, plain))
@@ -130,7 +137,7 @@ def test_gradients_are_those_of_small_differences():
 
 def test_what_all_heads_give_together():
     state, vector = torch.randn(2, 5, VERTS, 9, requires_grad=True), torch.randn(9, requires_grad=True)
-    mean, scores = condensed(state, vector)
+    mean, scores = condense_heads(state, vector)
     plain = state.mean(1), (state @ vector).transpose(1, 2)
     assert torch.allclose(mean, plain[0], atol=1e-6) and torch.allclose(scores, plain[1], atol=1e-5)
     back = torch.randn_like(mean), torch.randn_like(scores)

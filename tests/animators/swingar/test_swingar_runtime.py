@@ -44,7 +44,7 @@ def run(estimator: Estimator, graph: Graph, given: dict[str, np.ndarray]) -> lis
     t = {name: torch.from_numpy(each) for name, each in given.items()}
     with torch.no_grad():
         garment = estimator.garment(graph, t["features"], t["descriptor"], t["skin_logits"])
-        told = (t["told"], t["turns"]) if estimator.config.features else ()
+        told = (t["told"], t["turns"]) if estimator.config.told else ()
         coarse = estimator.coarse(garment, t["motion"], t["transforms"], *told)
         found = [*coarse, estimator.corrective(garment, t["meshes"], t["joints"], t["body"])]
     return [each.numpy() for each in found]
@@ -62,7 +62,7 @@ def test_the_twin_that_plays_is_equal(name):
     garment = played.garment(graph, given["features"], given["descriptor"], given["skin_logits"])
     batch = run(estimator, graph, given)
     for frame in range(FRAMES):
-        told = [given[each][frame] for each in ("told", "turns")] if config.features else []
+        told = [given[each][frame] for each in ("told", "turns")] if config.told else []
         coarse = played.coarse(garment, given["motion"][frame], given["transforms"][frame], *told)
         corrective = played.corrective(garment, *(given[each][frame] for each in ("meshes", "joints", "body")))
         for one, other in zip([*coarse, corrective], batch, strict=True):

@@ -102,13 +102,13 @@ def test_features_are_not_looked_at_by_an_estimator_that_has_none():
     groups = Groups(4, 2, 6)
     plain = CoarseObjective(estimator, samples, groups, losses.LossWeights()).errors()
 
-    class Told(Swaying):
+    class WithFeatures(Swaying):
         def frames(self, chosen):
             batch = super().frames(chosen)
-            return replace(batch, told=np.full((*batch.truth.shape[:2], 12), 1e6, np.float32))
+            return replace(batch, features=np.full((*batch.truth.shape[:2], 12), 1e6, np.float32))
 
-    told = Told(samples.garments, samples.way, samples.sway)
-    assert CoarseObjective(estimator, told, groups, losses.LossWeights()).errors() == plain
+    given = WithFeatures(samples.garments, samples.way, samples.sway)
+    assert CoarseObjective(estimator, given, groups, losses.LossWeights()).errors() == plain
 
 
 def test_the_present_mesh_of_the_corrective_predictor_is_the_coarse_one():

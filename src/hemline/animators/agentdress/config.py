@@ -1,4 +1,4 @@
-"""Options of AgentDress."""
+"""Options of the fit of `agentdress`."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -8,25 +8,25 @@ from hemline.options import check_options, not_negative, positive
 
 @dataclass(frozen=True)
 class AgentDressConfig:
-    """Options of the fit, and of how it plays."""
+    """Options of the fit of `agentdress`."""
 
     pose_model: Literal["kernel", "sor"] = "kernel"
-    """Model of the garment on the mean shape: kernel regression over poses (kernel), or sensitivity-optimised rigging
-    (sor), which the paper uses and which needs a dataset made by drape --derivatives."""
+    """Model of the garment on the mean shape: kernel regression over poses, or sensitivity-optimised rigging (sor).
+    The paper uses the latter, which needs a dataset made by drape --derivatives."""
     shape_components: int = positive(5)
     """Number of principal components of the garment over body shapes, at rest and for each blended anchor."""
     shape_ridge: float = positive(0.2)
     """Ridge penalty of the regression from body shape to these components."""
     shape_model: Literal["kernel", "blended"] = "kernel"
-    """Model of the effect of body shape in a pose: kernel regression over pose and shape (kernel), or a blend of the
-    shape models of the nearest anchors, as in the paper (blended)."""
+    """Model of the effect of body shape in a pose: kernel regression over pose and shape, or blended anchors.
+    The blend of the shape models of the nearest anchors is the method of the paper."""
     pose_modes: int = positive(64)
     """Number of basis modes of the pose model."""
     shape_modes: int = positive(64)
     """Number of basis modes of shape effects, shared by all anchors."""
     mirror: bool = True
-    """Train on mirror images of all drapes too, if garment and body are symmetric. It applies to kernel models
-    alone."""
+    """Train on mirror images of all drapes too, if garment and body are symmetric.
+    It applies to kernel models alone."""
     neighbours: int = positive(5)
     """Number of anchors blended in each region, for --shape-model blended and --pose-model sor."""
     power: float = positive(3.0)
@@ -36,20 +36,20 @@ class AgentDressConfig:
     decay_seconds: float = not_negative(0.05)
     """Time constant with which the garment follows the pose [s]. With 0 it follows at once."""
     clearance: float = not_negative(0.0)
-    """Maximum distance by which a vertex is moved out to the clearance that it has in the anchors [m]. The paper uses
-    0.005. With 0, the final projection of the player alone keeps the garment out of the body, which stretches it
-    less."""
+    """Maximum distance by which a vertex is moved out to the clearance that it has in the anchors [m].
+    The paper uses 0.005.
+    With 0, the final projection of the player alone keeps the garment out of the body, which stretches it less."""
 
     def __post_init__(self) -> None:
-        """Refuse what is out of range."""
+        """Raises BadInput for an option out of its range."""
         check_options(self)
 
     @property
     def by_kernels(self) -> bool:
-        """Whether kernels tell both pose and shape: they alone learn from other materials, and from mirror images."""
+        """Whether both models are kernel regressions, which alone learn from other materials and from mirror images."""
         return self.pose_model == self.shape_model == "kernel"
 
     @property
     def blending(self) -> dict[str, Any]:
-        """What `distances.anchor_weights` asks for."""
+        """Arguments of `distances.anchor_weights`."""
         return {"neighbours": self.neighbours, "power": self.power, "floor": self.floor}

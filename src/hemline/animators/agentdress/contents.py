@@ -1,4 +1,4 @@
-"""What a model file holds of AgentDress, written and read back."""
+"""Writing and reading the arrays and metadata of an AgentDress model file."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,33 +17,33 @@ from .materials import Materials
 from .tables import Tables
 
 VERSION = 5
-"""Version of what model files hold of AgentDress, `agentdress.version`."""
+"""Version of the AgentDress part of a model file, `agentdress.version` in its metadata."""
 
 
 def arrays_of(tables: Tables, materials: Materials | None) -> dict[str, np.ndarray]:
-    """All arrays of a model, by name."""
+    """Returns all arrays of a model, by name."""
     parts = {"tables": tables.arrays(), "materials": {} if materials is None else materials.arrays()}
-    return {f"{of}.{name}": array for of, arrays in parts.items() for name, array in arrays.items()}
+    return {f"{part}.{name}": array for part, arrays in parts.items() for name, array in arrays.items()}
 
 
 def metadata_of(materials: Materials | None, *, width: float, shape_width: float, betas: BetaRange) -> dict[str, Any]:
-    """The metadata that is AgentDress's alone; see the fields of `AnimatorAgentDress`."""
-    held = {"version": VERSION, "width": width, "shape_width": shape_width, "betas": list(betas)}
-    return {"agentdress": held if materials is None else held | {"materials": materials.metadata()}}
+    """Returns the AgentDress entry of the metadata; see the fields of `AnimatorAgentDress`."""
+    own = {"version": VERSION, "width": width, "shape_width": shape_width, "betas": list(betas)}
+    return {"agentdress": own if materials is None else own | {"materials": materials.metadata()}}
 
 
 def fields_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> dict[str, Any]:
-    """What an `AnimatorAgentDress` is made of, by the names of its fields.
+    """Reads the fields of an `AnimatorAgentDress`, by name.
 
     Raises:
-        BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype or
-            shape than the rest asks for.
+        BadModel: The file has another version, a key is missing or has the wrong type, or an array has the wrong dtype
+            or shape.
     """
-    held = entry(metadata, "agentdress", dict)
-    if held.get("version") != VERSION:
-        got = f"version {held.get('version')}"
+    own = entry(metadata, "agentdress", dict)
+    if own.get("version") != VERSION:
+        got = f"version {own.get('version')}"
         raise BadModel(f"this hemline reads version {VERSION} of AgentDress", got, AGAIN)
-    width, shape_width = entry(held, "width", float), entry(held, "shape_width", float)
+    width, shape_width = entry(own, "width", float), entry(own, "shape_width", float)
     for each in (width, shape_width):
         if not (np.isfinite(each) and each > 0):
             raise BadModel("the kernels of the model have positive widths", each, AGAIN)
@@ -57,9 +57,9 @@ def fields_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> 
         rigged=config.pose_model == "sor",
     )
     materials = None
-    if "materials" in held:
+    if "materials" in own:
         counts = {"poses": len(tables.rotations), "regions": tables.regions.shape[1]}
-        materials = Materials.of(part(arrays, "materials"), entry(held, "materials", dict), **counts)
+        materials = Materials.of(part(arrays, "materials"), entry(own, "materials", dict), **counts)
     return {
         "garment": garment,
         "tables": tables,
@@ -70,6 +70,6 @@ def fields_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> 
         "shape_width": shape_width,
         "figures": entry(metadata, "figures", dict),
         "licences": tuple(str(text) for text in entry(metadata, "licences", list)),
-        "fitted_betas": read_beta_range(held),
+        "fitted_betas": read_beta_range(own),
         "materials": materials,
     }

@@ -1,4 +1,4 @@
-"""A close-fitting garment of fewer vertices, for far from the camera."""
+"""Lower levels of detail of a close-fitting garment, for use far from the camera."""
 
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -15,66 +15,66 @@ from .state import AgentDressState
 
 
 class SettledAnimator(Animator, Bounded, Detailed, Redressing, Settled, Protocol):
-    """What a level asks of the animator that it is of."""
+    """The protocols that a level needs of its full animator."""
 
 
 @dataclass(frozen=True, eq=False)
 class AnimatorAgentDressLevel(LevelOf):
-    """An `AnimatorAgentDress` at a lower level of detail. Its States are those of the full one.
+    """An `AnimatorAgentDress` at a lower level of detail. It shares the States of the full animator.
 
     Attributes:
-        full: The animator.
-        garment: The garment that is left.
-        kept: Which vertex of the full garment each of its vertices is.
-        part: The animator's tables of these vertices; its States are never handed out.
+        full: The full animator.
+        garment: The garment with fewer vertices.
+        kept: Index in the full garment of each vertex.
+        reduced: The animator restricted to these vertices; its own States are never handed out.
     """
 
     full: SettledAnimator
     garment: Garment
-    kept: Int[np.ndarray, " kept"]
-    part: SettledAnimator
+    vertex_ids: Int[np.ndarray, " kept"]
+    reduced: SettledAnimator
 
     @property
     def beta_range(self) -> tuple[float, float]:
-        """As of the full animator."""
+        """Reliable range of each beta, from the full animator."""
         return self.full.beta_range
 
     @property
     def novelty_limit(self) -> float:
-        """As of the full animator."""
+        """Novelty limit of the full animator."""
         return self.full.novelty_limit
 
     def novelty(self, state: AgentDressState) -> float:
-        """As of the full animator."""
+        """Returns the novelty that the full animator computes."""
         return self.full.novelty(state)
 
     def start(self, posed: PosedBody) -> AgentDressState:
-        """As of the full animator."""
+        """Returns the first State of the full animator."""
         return self.full.start(posed)
 
     def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
-        """As of the full animator, for the vertices that are left."""
-        moved, vertices = self.part.step(self._at_vertices(state), posed, dt)
+        """Advances to a pose; see `AnimatorAgentDress.step`. Returns the kept vertices only."""
+        moved, vertices = self.reduced.step(self._at_vertices(state), posed, dt)
         return replace(state, axes=moved.axes, distances=moved.distances), vertices
 
     def redress(
         self, state: AgentDressState, posed: PosedBody, dt: float, worn: Vertices, nominal: PosedBody
     ) -> tuple[AgentDressState, Vertices]:
-        """As of the full animator; `worn` is the full garment."""
-        moved, vertices = self.part.redress(self._at_vertices(state), posed, dt, worn[self.kept], nominal)
+        """Advances to a pose; see `AnimatorAgentDress.redress`. `worn` is the full garment."""
+        moved, vertices = self.reduced.redress(self._at_vertices(state), posed, dt, worn[self.vertex_ids], nominal)
         return replace(state, axes=moved.axes, distances=moved.distances), vertices
 
-    def settled(self, posed: PosedBody) -> Vertices:
-        """As of the full animator, for the vertices that are left."""
-        return self.full.settled(posed)[self.kept]
+    def drape(self, posed: PosedBody) -> Vertices:
+        """Returns the kept vertices of the garment that the full animator predicts without history."""
+        return self.full.drape(posed)[self.vertex_ids]
 
     def at_rest(self, state: AgentDressState) -> Vertices:
-        """As of the full animator, for the vertices that are left."""
-        return self.full.at_rest(state)[self.kept]
+        """Returns the kept vertices of the garment in the rest pose."""
+        return self.full.at_rest(state)[self.vertex_ids]
 
-    def reshaped(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
-        """As of the full animator."""
-        return self.full.reshaped(state, shaped)
+    def reshape(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
+        """Returns the State on a body of another shape; see `AnimatorAgentDress.reshape`."""
+        return self.full.reshape(state, shaped)
 
     def _at_vertices(self, state: AgentDressState) -> AgentDressState:
-        return replace(state, rest=state.rest[self.kept], normals=state.normals[self.kept])
+        return replace(state, rest=state.rest[self.vertex_ids], normals=state.normals[self.vertex_ids])

@@ -1,4 +1,4 @@
-"""Distances from one pose to many, region by region, and what they make of the basis, compiled."""
+"""Compiled distances from one pose to many, per region, and the basis coefficients that follow from them."""
 
 import math
 
@@ -9,7 +9,7 @@ from hemline.compiled import kernel
 
 @kernel(forceinline=True)
 def without_heading(w, x, y, z):
-    """A rotation without its turn about the vertical: (w, 0, y, 0), scaled to length one, inverse, times it."""
+    """Returns a rotation without its heading: the inverse of the normalised (w, 0, y, 0), times the rotation."""
     length = math.sqrt(w * w + y * y)
     if length < 1e-9:
         return w, x, y, z
@@ -19,7 +19,7 @@ def without_heading(w, x, y, z):
 
 @kernel
 def matrix_columns(w, x, y, z, axes_out):
-    # in: a unit quaternion   out: axes_out (9,): the columns of its matrix, one after the other
+    # in: a unit quaternion   out: axes_out (9,): the columns of its matrix
     axes_out[0], axes_out[1], axes_out[2] = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
     axes_out[3], axes_out[4], axes_out[5] = 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)
     axes_out[6], axes_out[7], axes_out[8] = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
@@ -27,8 +27,8 @@ def matrix_columns(w, x, y, z, axes_out):
 
 @kernel
 def pose_axes(joints, query, axes_out):
-    # model: joints (counting,): those that count in some region
-    # in: query (joints, 4), wherever its root heads   out: axes_out (counting, 9)
+    # model: joints (counting,): joints that count in some region
+    # in: query (joints, 4), with any heading   out: axes_out (counting, 9)
     for k in range(joints.shape[0]):
         j = joints[k]
         w, x, y, z = query[j, 0], query[j, 1], query[j, 2], query[j, 3]
@@ -39,8 +39,8 @@ def pose_axes(joints, query, axes_out):
 
 @kernel(fastmath={"reassoc", "contract"})
 def axes_distances(known, weights, joints, axes, distances_out):
-    # model: known (counting, 9, poses): axes of the joints that count in some region; weights (regions, 3 joints): of
-    #     the axes; joints (counting,): which they are
+    # model: known (counting, 9, poses): axes of the joints that count in some region; weights (regions, 3 joints) of
+    #     the axes; joints (counting,): indices of these joints
     # in: axes (counting, 9)   out: distances_out (regions, poses)
     # sum over joints and axes of weight times the square of the distance between the axes
     poses = known.shape[2]
@@ -60,35 +60,36 @@ def axes_distances(known, weights, joints, axes, distances_out):
 
 
 @kernel(forceinline=True)
-def add_rows(shares, rows, sums_out):
-    # in: shares (rows,), rows (rows, modes)   in/out: sums_out (modes,), float64: plus the rows, each times its share
-    # four rows at a time, so that sums stay in registers; where all four count nothing they are not read
-    whole = len(shares) // 4 * 4
+def add_rows(weights, rows, sums_out):
+    # in: weights (rows,), rows (rows, modes)   in/out: sums_out (modes,), float64: increased by the weighted rows
+    # four rows at a time, so that sums stay in registers; four rows of weight 0 are not read
+    whole = len(weights) // 4 * 4
     for s in range(0, whole, 4):
-        a, b, c, d = shares[s], shares[s + 1], shares[s + 2], shares[s + 3]
+        a, b, c, d = weights[s], weights[s + 1], weights[s + 2], weights[s + 3]
         if a == 0 and b == 0 and c == 0 and d == 0:
             continue
         one, two, three, four = rows[s], rows[s + 1], rows[s + 2], rows[s + 3]
         for k in range(len(sums_out)):
             sums_out[k] += a * one[k] + b * two[k] + c * three[k] + d * four[k]
-    for s in range(whole, len(shares)):
-        share, row = shares[s], rows[s]
+    for s in range(whole, len(weights)):
+        weight, row = weights[s], rows[s]
         for k in range(len(sums_out)):
-            sums_out[k] += share * row[k]
+            sums_out[k] += weight * row[k]
 
 
 @kernel(fastmath={"reassoc", "contract"})
-def mix(pose_shares, pose_weights, shape_shares, effects, modes, scales, mixed_out):
+def mix(pose_kernel, pose_weights, shape_kernel, effects, modes, scales, coefficients_out):
     # model: pose_weights (regions, poses, pose_modes); modes, scales (columns,): the mode of each column of the basis,
     #     and its unit [m]
-    # in: pose_shares (regions, poses), none where the pose model is not asked; shape_shares (regions, anchors): what
-    #     each counts for; effects (shape_regions, anchors, shape_modes)   out: mixed_out (regions, columns) [m]
-    # by region: the sums of weights and effects; in float64, as the weights of poses are large and of both signs
+    # in: pose_kernel (regions, poses), without poses if the pose model is not used; shape_kernel (regions, anchors):
+    #     weights of the anchors; effects (shape_regions, anchors, shape_modes)
+    # out: coefficients_out (regions, columns) [m]
+    # per region: the sums of weights and effects, in float64, as the weights of poses are large and of both signs
     pose_modes, shape_modes = pose_weights.shape[2], effects.shape[2]
-    found = np.empty(pose_modes + shape_modes)
-    for g in range(mixed_out.shape[0]):
-        found[:] = 0
-        add_rows(pose_shares[g], pose_weights[g], found[:pose_modes])
-        add_rows(shape_shares[g], effects[min(g, effects.shape[0] - 1)], found[pose_modes:])
+    sums = np.empty(pose_modes + shape_modes)
+    for g in range(coefficients_out.shape[0]):
+        sums[:] = 0
+        add_rows(pose_kernel[g], pose_weights[g], sums[:pose_modes])
+        add_rows(shape_kernel[g], effects[min(g, effects.shape[0] - 1)], sums[pose_modes:])
         for column in range(len(modes)):
-            mixed_out[g, column] = found[modes[column]] * scales[column]
+            coefficients_out[g, column] = sums[modes[column]] * scales[column]

@@ -1,4 +1,4 @@
-"""How near a pose is to each anchor, region by region, and what that makes of the anchors."""
+"""Distances between poses per region, and the blend weights of anchors that follow from them."""
 
 import numpy as np
 
@@ -9,19 +9,19 @@ from hemline.motions.quaternions import to_matrix
 def axes_between(
     rotations: Float[np.ndarray, "poses joints 4"], anchors: Float[np.ndarray, "anchors joints 4"]
 ) -> Float[np.ndarray, "poses anchors axes"]:
-    r"""$|R e_c - R_s e_c|^2$: how far each axis of each joint's frame has turned away, squared, three axes a joint."""
-    here, there = to_matrix(rotations), to_matrix(anchors)
-    return ((here[:, None] - there[None]) ** 2).sum(axis=-2).reshape(len(rotations), len(anchors), -1)
+    r"""Returns $|R e_c - R_s e_c|^2$, the squared distance between the axes of joint frames, three axes per joint."""
+    matrices, anchor_matrices = to_matrix(rotations), to_matrix(anchors)
+    return ((matrices[:, None] - anchor_matrices[None]) ** 2).sum(axis=-2).reshape(len(rotations), len(anchors), -1)
 
 
 def axis_weights(influence: Float[np.ndarray, "regions joints 3"]) -> Float[np.ndarray, "regions axes"]:
-    """What each axis of a joint's frame counts for, so that a small turn about one counts as much as it moves cloth.
+    """Returns the weight of each joint axis, such that a small rotation counts as much as it moves cloth.
 
-    A turn by an angle about one axis moves the other two by that angle. Where one turn outweighs the other two, its own
-    axis cannot count for less than nothing.
+    A rotation by an angle about one axis moves the other two axes by that angle. Weights are not negative, even if one
+    rotation outweighs the other two.
 
     Args:
-        influence: Of turns about each axis of each joint, on each region.
+        influence: Influence of rotations about each axis of each joint on each region.
     """
     half = 0.5 * influence.sum(axis=2, keepdims=True)
     return np.maximum(half - influence, 0.0).reshape(len(influence), -1)
@@ -30,11 +30,11 @@ def axis_weights(influence: Float[np.ndarray, "regions joints 3"]) -> Float[np.n
 def region_distances(
     axes: Float[np.ndarray, "poses anchors axes"], weights: Float[np.ndarray, "regions axes"]
 ) -> Float[np.ndarray, "poses regions anchors"]:
-    r"""$D_g^s(\theta) = \sum_{j,c} w_{g,j,c} |R_j e_c - R_{s,j} e_c|^2$: squared distances in each region.
+    r"""Returns $D_g^s(\theta) = \sum_{j,c} w_{g,j,c} |R_j e_c - R_{s,j} e_c|^2$, squared distances per region.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        Eq. 7. Differs: distances between the axes of the joints' frames instead of joint angles. They have no jump at
-        half a turn, and are those of points in space, so that every kernel of them can be inverted.
+        Eq. 7. Differs: distances between the axes of joint frames instead of joint angles. They do not jump at half a
+        turn, and as distances of points in space they make every kernel matrix invertible.
     """
     return np.einsum("psc,gc->pgs", axes, weights)
 
@@ -42,20 +42,20 @@ def region_distances(
 def anchor_weights(
     distances: Float[np.ndarray, "... anchors"], *, neighbours: int, power: float, floor: float
 ) -> Float[np.ndarray, "... anchors"]:
-    r"""$1 / (D^s + \epsilon)^k$ of the nearest anchors of a region, summing to 1; 0 of the others.
+    r"""Returns $1 / (D^s + \epsilon)^k$ for the nearest anchors of a region, normalised; 0 for the others.
 
     Args:
-        distances: To each anchor, squared.
-        neighbours: How many anchors count.
-        power: k.
-        floor: epsilon, as a share of the median distance between anchors, which is 1 here.
+        distances: Squared distance to each anchor.
+        neighbours: Number of anchors with weight.
+        power: The exponent $k$.
+        floor: $\epsilon$, as a fraction of the median squared distance between anchors, which is 1 here.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
         section 3.4 and Eq. 8.
     """
     neighbours = min(neighbours, distances.shape[-1])
     farthest = np.partition(distances, neighbours - 1, axis=-1)[..., neighbours - 1 : neighbours]
-    # over the nearest, so that the power cannot overflow
+    # relative to the nearest, so that the power cannot overflow
     nearest = distances.min(axis=-1, keepdims=True) + floor
     weights = np.where(distances <= farthest, (nearest / (distances + floor)) ** power, 0.0)
     return weights / weights.sum(axis=-1, keepdims=True)

@@ -1,4 +1,4 @@
-"""A close-fitting garment that follows any body in any pose."""
+"""The animator of a close-fitting garment, for a body of any shape in any pose."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -8,55 +8,63 @@ from typing import Any, Self
 
 import numpy as np
 
-from hemline import bodies
-from hemline.animators.teleport import RigidTransform
 from hemline.animators.model_file import save_model
-from hemline.animators.own_body import refuse_other_body
+from hemline.animators.own_body import own_body, refuse_other_body
+from hemline.animators.rigid_transform import RigidTransform
 from hemline.arrays import Float, Int, Quaternions, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
-from hemline.bodies.lifted_arms import lifted_rotations
+from hemline.bodies.lifted_arms import lift_rotations
 from hemline.errors import BadInput
 from hemline.garments import Garment, Material, coarser_garment
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import to_matrix
 
 from .binding import Binding
-from .bounds import DEFAULT_BETA_RANGE, NOVELTY_LIMIT, BetaRange, reliable_range, novelty, warn_of_extreme_betas, warn_of_unknown_material
+from .bounds import (
+    DEFAULT_BETA_RANGE,
+    NOVELTY_LIMIT,
+    BetaRange,
+    novelty,
+    reliable_range,
+    warn_of_extreme_betas,
+    warn_of_unknown_material,
+)
 from .config import AgentDressConfig
 from .contents import arrays_of, fields_of, metadata_of
 from .detail import AnimatorAgentDressLevel
 from .distance_kernels import axes_distances, mix, pose_axes
 from .distances import anchor_weights
+from .garment_kernels import pose_garment
 from .materials import Materials
 from .pose_model import kernel
-from .shape_model import shape_features, pad_betas
+from .shape_model import pad_betas, shape_features
 from .state import AgentDressState
 from .tables import Tables
-from .garment_kernels import pose_garment
 
 LEAST_JOINT_WEIGHT = 1e-3
-"""Joints with less than this share of the largest weight in every region are left out of distances."""
+"""Joints whose weight is below this fraction of the largest one, in every region, do not count in distances."""
 
 DEEPEST_PUSH, FARTHEST_ASIDE = 0.03, 0.03
-"""A vertex that is deeper in the skin is left to the projection, and one that has gone farther from its vertex of the
-body, along the skin [m]."""
+"""Largest depth from which the clearance moves a vertex out of the skin, and its largest distance beside the body vertex
+[m]. The projection of the player handles all other vertices."""
 
 
 @dataclass(frozen=True, eq=False)
 class AnimatorAgentDress:
-    r"""A garment of settled states, blended.
+    r"""A garment predicted from settled drapes.
 
     $$x = \sum_b w_b A_b(\beta, \theta)\, \bar x(\beta) + R(\theta) \left(\bar u + \sum_g r_g B \left(K_g(\theta) +
     \sum_s S_g^s(\theta)\, E_{g,s}(\beta)\right)\right)$$
 
-    with $\bar x$ the garment in the rest pose of the body, $A_b$ the skin transforms of the body as it is, $R$ the
-    blended rotation of the bones, $r_g$ regions, $K_g$ the pose model (a kernel regression), $E_{g,s}$ what the shape
-    adds in pose $s$ (`ShapeSamples`), $S_g^s$ a kernel or the weights of the nearest anchors. Where the pose model is
-    rigging, it takes the place of $\bar u$ and $K_g$. Another material adds to the shape what `Materials` knows.
+    where $\bar x$ is the garment in the rest pose of the body, $A_b$ are the skin transforms of the body, $R$ is the
+    blended rotation of the bones, $r_g$ are region weights, $K_g$ is the pose model (a kernel regression), $E_{g,s}$ is
+    the effect of the body shape in pose $s$ (`ShapeSamples`), and $S_g^s$ is a kernel or the weights of the nearest
+    anchors. Rigging, if it is the pose model, replaces $\bar u$ and $K_g$. `Materials` adds the effect of another
+    material to that of the shape.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        Eq. 4. Differs: what an anchor adds to skinning is taken in the turned frames of the vertices, and the query's
-        bones are applied once; there shapes and poses share one basis.
+        Eq. 4. Differs: the offsets of an anchor from its skinned garment are taken in rotated vertex frames, and the
+        bones of the query are applied once; shapes and poses share one basis in these frames.
     """
 
     garment: Garment
@@ -65,15 +73,15 @@ class AnimatorAgentDress:
     body_hash: str
     config: AgentDressConfig
     width: float
-    """Of the kernel of the pose model."""
+    """Width of the kernel of the pose model."""
     shape_width: float
-    """Of the kernel over poses of the shape model."""
+    """Width of the kernel over poses in the shape model."""
     figures: Mapping[str, float] = field(default_factory=dict)
     licences: tuple[str, ...] = ()
     fitted_betas: BetaRange = DEFAULT_BETA_RANGE
-    """Of the anchors."""
+    """Lowest and highest beta of the anchors."""
     materials: Materials | None = None
-    """What other materials add than that of the fit, where it was draped in others, too."""
+    """Effects of other materials than that of the fit, if the garment was also draped in others."""
     name = "agentdress"
     novelty_limit = NOVELTY_LIMIT
 
@@ -81,49 +89,49 @@ class AnimatorAgentDress:
 
     @property
     def beta_range(self) -> BetaRange:
-        """From where to where the shape model is believed in each beta."""
+        """Range of each beta in which the shape model is reliable."""
         return reliable_range(self.fitted_betas)
 
     def novelty(self, state: AgentDressState) -> float:
-        """How far the pose of a State is from the nearest one of the fit; 1: as far as anchors are apart."""
+        """Returns the distance of the pose of a State from the nearest pose of the fit; 1 is that between anchors."""
         return novelty(state.distances, self._region_sizes)
 
     @property
     def known_materials(self) -> tuple[str, ...]:
-        """Names of the materials that the garment was draped in, that of the fit first."""
+        """Names of the materials in which the garment was draped, that of the fit first."""
         if self.materials is None:
             return (self.garment.material.name,)
         return (self.materials.own.name, *self.materials.known)
 
     def in_material(self, material: Material | str) -> Self:
-        """The garment made of another material.
+        """Returns the animator with its garment made of another material.
 
         Args:
-            material: The material, or the name of one; that of the fit, too.
+            material: A material or its name; the material of the fit is allowed.
 
         Raises:
-            BadInput: The model was fitted to one material alone.
-            BadGarment: No such material.
+            BadInput: The model was fitted to a single material.
+            BadGarment: There is no such material.
 
         Warns:
-            HemlineWarning: It lies outside of all those that the garment was draped in.
+            HemlineWarning: The material lies outside the range of those in which the garment was draped.
 
         Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations",
-            2021, section 6, where the material as a dimension of its own is left to the future.
+            2021, section 6, which leaves material as a further dimension to future work.
         """
-        chosen = Material.of(material)
-        if chosen == self.garment.material:
+        target = Material.of(material)
+        if target == self.garment.material:
             return self
         if self.materials is None:
             cure = "drape it in others (hemline drape --material NAME --poses-of DATASET), then fit to all of them"
             what = f"the model of '{self.garment.name}' knows one material, {self.garment.material.name}"
-            raise BadInput(what, chosen.name, cure)
-        warn_of_unknown_material(self.garment.name, self.materials, chosen)
-        return replace(self, garment=self.garment.in_material(chosen))
+            raise BadInput(what, target.name, cure)
+        warn_of_unknown_material(self.garment.name, self.materials, target)
+        return replace(self, garment=self.garment.in_material(target))
 
     @cached_property
     def _material_effects(self) -> Float[np.ndarray, "regions poses shape_modes"] | None:
-        """What the material adds in each pose; None for that of the fit."""
+        """Effect of the material in each pose; None for the material of the fit."""
         if self.materials is None or self.garment.material == self.materials.own:
             return None
         return self.materials.effects(self.garment.material)
@@ -134,16 +142,16 @@ class AnimatorAgentDress:
 
     @cached_property
     def _joints(self) -> Int[np.ndarray, " counting"]:
-        """Joints whose turns count in some region."""
+        """Joints whose rotation counts in some region."""
         axes = self.tables.axes
-        shares = axes / np.maximum(axes.max(axis=1, keepdims=True), 1e-20)
-        return np.flatnonzero(shares.reshape(len(axes), -1, 3).max(axis=(0, 2)) > LEAST_JOINT_WEIGHT)
+        relative = axes / np.maximum(axes.max(axis=1, keepdims=True), 1e-20)
+        return np.flatnonzero(relative.reshape(len(axes), -1, 3).max(axis=(0, 2)) > LEAST_JOINT_WEIGHT)
 
     @cached_property
     def _anchor_axes(self) -> Float[np.ndarray, "counting 9 poses"]:
-        """The axes of these joints' frames in the poses of the model, one after the other."""
-        turned = to_matrix(self.tables.rotations[:, self._joints]).transpose(1, 3, 2, 0)
-        return np.ascontiguousarray(turned.reshape(len(self._joints), 9, -1), np.float32)
+        """Axes of the frames of these joints in all poses of the model."""
+        axes = to_matrix(self.tables.rotations[:, self._joints]).transpose(1, 3, 2, 0)
+        return np.ascontiguousarray(axes.reshape(len(self._joints), 9, -1), np.float32)
 
     @cached_property
     def _digits(self) -> Int[np.ndarray, "verts 3 columns"]:
@@ -156,14 +164,14 @@ class AnimatorAgentDress:
 
     @cached_property
     def _mean_body(self) -> ShapedBody:
-        """The body that rigged anchors are on."""
-        return bodies.load(self.body_name).shaped()
+        """Body of mean shape, which the rigged anchors were draped on."""
+        return own_body(self).shaped()
 
     def start(self, posed: PosedBody) -> AgentDressState:
-        """At rest on a body of any shape, in its first pose.
+        """Returns the State of a garment at rest on a body of any shape, in its first pose.
 
         Raises:
-            BadInput: The body is another one than that of the fit.
+            BadInput: The body is not the one of the fit.
 
         Warns:
             HemlineWarning: A beta of the body is outside `beta_range`.
@@ -174,53 +182,55 @@ class AnimatorAgentDress:
         tables = self.tables
         features = shape_features(pad_betas(shaped.betas[None], len(tables.rest_effects) // 2))[0].astype(np.float32)
         rest = tables.rest + np.einsum("f,fvi->vi", features, tables.rest_effects)
-        effects, of_material = tables.shapes.effects(shaped.betas), self._material_effects
-        if of_material is not None:
-            effects = np.concatenate([effects, of_material], axis=1)
+        effects, material_effects = tables.shapes.effects(shaped.betas), self._material_effects
+        if material_effects is not None:
+            effects = np.concatenate([effects, material_effects], axis=1)
         return AgentDressState(rest, shaped.normals[tables.nearest], effects)
 
     def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
-        """Advance to a pose.
+        """Advances to a pose.
 
         Args:
-            state: The State before; it is not changed.
-            posed: The body now.
-            dt: Time since the State [s]; any.
+            state: The previous State, which is not changed.
+            posed: The posed body.
+            dt: Time since the previous State [s], of any length.
 
         Returns:
-            The State after, and the vertices in the world (verts, 3) [m].
+            The new State, and the vertices in the world (verts, 3) [m].
         """
         after = self._follow(state, posed.pose, dt)
         return after, self._pose_garment(after, posed, self._rigging_offsets(after, posed))
 
     def at_detail(self, detail: float) -> "AnimatorAgentDress | AnimatorAgentDressLevel":
-        """This animator with a share of its vertices; itself for 1.
+        """Returns this animator with a fraction of its vertices; itself for 1.
 
         Raises:
-            BadInput: A share that is not above 0 and at most 1, or that leaves fewer than 50 vertices.
+            BadInput: The fraction is not above 0 and at most 1, or leaves fewer than 50 vertices.
         """
         if detail == 1:
             return self
         if detail not in self._levels:
             garment, kept = coarser_garment(self.garment, detail)
-            part = replace(self, garment=garment, tables=self.tables.at_vertices(kept))
-            self._levels[detail] = AnimatorAgentDressLevel(self, garment, kept, part)
+            reduced = replace(self, garment=garment, tables=self.tables.at_vertices(kept))
+            self._levels[detail] = AnimatorAgentDressLevel(self, garment, kept, reduced)
         return self._levels[detail]
 
     def redress(
         self, state: AgentDressState, posed: PosedBody, dt: float, worn: Vertices, nominal: PosedBody
     ) -> tuple[AgentDressState, Vertices]:
-        r"""As `step`, with any clothing pose model $f(\beta_0, \theta)$: what the shape adds is the anchors'.
+        r"""Advances to a pose like `step`, with a given garment as clothing pose model $f(\beta_0, \theta)$.
+
+        The anchors still supply the effect of the body shape.
 
         Args:
-            state: The State before; it is not changed.
-            posed: The body now.
-            dt: Time since the State [s]; any.
+            state: The previous State, which is not changed.
+            posed: The posed body.
+            dt: Time since the previous State [s], of any length.
             worn: The garment on the body of the fit in this pose (verts, 3) [m].
-            nominal: That body there.
+            nominal: The body of the fit in this pose.
 
         Raises:
-            BadInput: `nominal` has another shape than the body of the fit, or `worn` another number of vertices.
+            BadInput: `nominal` differs in shape from the body of the fit, or `worn` in its number of vertices.
 
         Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations",
             2021, Eq. 4 and section 4.4, a simulated sequence as clothing pose model.
@@ -240,63 +250,63 @@ class AnimatorAgentDress:
         return after, self._pose_garment(after, posed, offset.astype(np.float32))
 
     def _follow(self, state: AgentDressState, pose: Pose, dt: float) -> AgentDressState:
-        r"""The State when time has gone on: axes that follow the pose, $\exp(-\Delta t / \tau)$ of what they were.
+        r"""Returns the State whose axes follow the pose: $\exp(-\Delta t / \tau)$ of the difference remains.
 
         Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations",
-            2021, Eq. 9. Differs: the axes follow, not the distances: means of squared distances to two poses are those
-            of a pose that is far from all between the two, and a regression makes of it what no pose is given.
+            2021, Eq. 9. Differs: the axes follow, not the distances. The mean of squared distances to two poses is that
+            of a pose far from everything between them, for which a regression predicts nothing meaningful.
         """
-        axes = self._axes(lifted_rotations(pose.rotations))
+        axes = self._axes(lift_rotations(pose.rotations))
         if state.axes is not None and self.config.decay_seconds > 0:
-            kept = np.float32(np.exp(-dt / self.config.decay_seconds))
-            axes = kept * state.axes + (1 - kept) * axes
+            decay = np.float32(np.exp(-dt / self.config.decay_seconds))
+            axes = decay * state.axes + (1 - decay) * axes
         return replace(state, axes=axes, distances=self._distances(axes))
 
-    def settled(self, posed: PosedBody) -> Vertices:
-        """The garment in a pose of the kind that anchors have, arms lifted already, with no past (verts, 3) [m].
+    def drape(self, posed: PosedBody) -> Vertices:
+        """Returns the garment in a pose with arms already lifted, as anchors have, without history (verts, 3) [m].
 
-        What a garment that was walked into this pose is compared with.
+        Experiments compare it with a garment simulated into this pose.
 
         Raises:
-            BadInput: As `start`.
+            BadInput: See `start`.
         """
         axes = self._axes(posed.pose.rotations)
         state = replace(self.start(posed), axes=axes, distances=self._distances(axes))
         return self._pose_garment(state, posed, self._rigging_offsets(state, posed))
 
     def at_rest(self, state: AgentDressState) -> Vertices:
-        """The garment in the rest pose of the body of a State (verts, 3) [m]."""
+        """Returns the garment in the rest pose of the body of a State (verts, 3) [m]."""
         return state.rest
 
-    def relocate(self, state: AgentDressState, shaped: ShapedBody, way: RigidTransform) -> AgentDressState:
-        """The State as it is: it holds no places of the world, and no heading."""
+    def relocate(self, state: AgentDressState, shaped: ShapedBody, transform: RigidTransform) -> AgentDressState:
+        """Returns the State unchanged: it holds no world positions and no heading."""
         return state
 
-    def reshaped(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
-        """The State on a body of another shape: what a slider asks for, and an agent that joins a crowd.
+    def reshape(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
+        """Returns the State on a body of another shape, for a shape slider or a new agent in a crowd.
 
         Args:
-            state: The State on the body before; it is not changed.
-            shaped: The body from now on.
+            state: The State on the previous body, which is not changed.
+            shaped: The new body.
 
         Raises:
-            BadInput: As `start`.
+            BadInput: See `start`.
         """
         return replace(self.start(shaped.posed(shaped.rest_pose)), axes=state.axes, distances=state.distances)
 
     def _rigging_offsets(self, state: AgentDressState, posed: PosedBody) -> Vertices | None:
-        """What rigged anchors add in a pose [m]; None where the pose model is a kernel, which `_mixed` takes in."""
+        """Returns the offsets that rigged anchors predict in a pose [m]; None if the pose model is a kernel."""
         tables, rigged = self.tables, self.tables.rigged
         if rigged is None:
             return None
         assert state.distances is not None
-        here = self._mean_body.rest_pose.translation
-        transforms = self._mean_body.transforms_of(posed.pose.rotations[None], here[None])[0][0]
+        place = self._mean_body.rest_pose.translation
+        transforms = self._mean_body.transforms_of(posed.pose.rotations[None], place[None])[0][0]
         blend = anchor_weights(state.distances[:, rigged.poses], **self.config.blending)
         return rigged.offset(transforms, blend, tables.regions, self._binding, tables.rest)
 
     def _pose_garment(self, state: AgentDressState, posed: PosedBody, offset: Vertices | None = None) -> Vertices:
-        """The garment in a pose that was followed; an offset stands in the place of the pose model [m]."""
+        """Returns the posed garment of a State [m]; `offset`, if given, replaces the pose model [m]."""
         assert state.distances is not None
         tables, vertices = self.tables, np.empty_like(state.rest)
         pose_garment(
@@ -318,13 +328,13 @@ class AnimatorAgentDress:
         return vertices
 
     def _axes(self, lifted: Quaternions) -> Float[np.ndarray, "counting 9"]:
-        """Of the frames of the joints that count, arms lifted as in the anchors, heading left out."""
+        """Returns the axes of the frames of the joints that count, for lifted arms and without heading."""
         axes = np.empty((len(self._joints), 9), np.float32)
         pose_axes(self._joints, lifted, axes)
         return axes
 
     def _distances(self, axes: Float[np.ndarray, "counting 9"]) -> Float[np.ndarray, "regions poses"]:
-        """To all poses of the model."""
+        """Returns the squared distances to all poses of the model."""
         tables = self.tables
         distances = np.empty((len(tables.axes), len(tables.rotations)), np.float32)
         axes_distances(self._anchor_axes, tables.axes, self._joints, axes, distances)
@@ -333,32 +343,30 @@ class AnimatorAgentDress:
     def _basis_coefficients(
         self,
         distances: Float[np.ndarray, "regions poses"],
-        effects: Float[np.ndarray, "shape_regions told shape_modes"],
+        effects: Float[np.ndarray, "shape_regions poses shape_modes"],
         *,
         posing: bool = True,
     ) -> Float[np.ndarray, "regions columns"]:
-        """What each region makes of pose, if it is asked, of shape and of material: by columns of the basis, with their
-        scales [m].
-        """
+        """Returns the scaled basis coefficients of each region [m], from pose (if `posing`), shape and material."""
         tables, basis = self.tables, self.tables.basis
-        mixed = np.empty((len(distances), len(basis.modes)), np.float32)
+        coefficients = np.empty((len(distances), len(basis.modes)), np.float32)
         exact = distances.astype(np.float64)
-        pose_shares = kernel(exact if posing else exact[:, :0], self.width)
-        shape_shares = self._anchor_weights(exact[:, : tables.shapes.pose_count])
-        others = effects.shape[1] - tables.shapes.pose_count
-        if self.materials is not None and others:
-            shape_shares = np.hstack([shape_shares, kernel(exact[:, :others], self.materials.width)])
-        mix(pose_shares, tables.pose_weights, shape_shares, effects, basis.modes, basis.scales, mixed)
-        return mixed
+        pose_kernel = kernel(exact if posing else exact[:, :0], self.width)
+        shape_kernel = self._anchor_weights(exact[:, : tables.shapes.pose_count])
+        material_poses = effects.shape[1] - tables.shapes.pose_count
+        if self.materials is not None and material_poses:
+            shape_kernel = np.hstack([shape_kernel, kernel(exact[:, :material_poses], self.materials.width)])
+        mix(pose_kernel, tables.pose_weights, shape_kernel, effects, basis.modes, basis.scales, coefficients)
+        return coefficients
 
     def _anchor_weights(self, distances: Float[np.ndarray, "regions anchors"]) -> Float[np.ndarray, "regions anchors"]:
-        """What each anchor counts for in what the shape adds."""
+        """Returns the weight of each anchor in the effect of the shape."""
         if self.config.shape_model == "kernel":
             return kernel(distances, self.shape_width)
         return anchor_weights(distances, **self.config.blending)
 
     def save(self, path: str | Path) -> None:
-        """Write a model file, whole or not at all.
+        """Writes a model file, completely or not at all.
 
         Raises:
             BadOutput: The path cannot be written.
@@ -377,10 +385,10 @@ class AnimatorAgentDress:
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
-        """Make one from what a model file holds.
+        """Makes an animator from the contents of a model file.
 
         Raises:
-            BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
-                or shape than the rest asks for.
+            BadModel: The file has another version, a key is missing or has the wrong type, or an array has the wrong
+                dtype or shape.
         """
         return cls(**fields_of(arrays, metadata))

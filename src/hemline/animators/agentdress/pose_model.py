@@ -1,4 +1,4 @@
-"""The clothing pose model: from the pose to the garment on the mean shape, by kernel ridge regression in regions."""
+"""The clothing pose model: kernel ridge regression per region from the pose to the garment on the mean shape."""
 
 from dataclasses import dataclass
 
@@ -7,29 +7,29 @@ import numpy as np
 from hemline.arrays import Float, Int
 
 POSE_WIDTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
-"""Widths of the kernel that are tried, over the median distance between anchors."""
+"""Candidate kernel widths, relative to the median distance between anchors."""
 
 POSE_RIDGES = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
-"""Regularisations that are tried."""
+"""Candidate ridge penalties."""
 
 
 def kernel(distances: Float[np.ndarray, "... anchors"], width: float) -> Float[np.ndarray, "... anchors"]:
-    r"""$1 / (1 + D / h^2)$ of squared distances; h in the unit of their root.
+    r"""Returns $1 / (1 + D / h^2)$ of squared distances $D$, with the width $h$ in the unit of their root.
 
-    Its long tail tells poses far from all others more than a Gaussian does.
+    With its long tail it predicts poses far from all others better than a Gaussian.
     """
     return 1.0 / (1.0 + distances / np.asarray(width**2, distances.dtype))
 
 
 @dataclass(frozen=True)
 class PoseFit:
-    """A kernel ridge regression in regions.
+    """A kernel ridge regression per region.
 
     Attributes:
-        width: Of the kernel.
-        ridge: Added to its diagonal.
-        weights: What each anchor adds to each output, for each region.
-        left_out: What is missed at each anchor by a fit without it and those that belong to it, for each region.
+        width: Width of the kernel.
+        ridge: Penalty added to the diagonal of the kernel matrix.
+        weights: Regression weights of each anchor, per region.
+        leave_one_out: Residual at each anchor of a fit without its group, per region.
     """
 
     width: float
@@ -41,41 +41,41 @@ class PoseFit:
 def fit_kernel(
     distances: Float[np.ndarray, "anchors regions anchors"],
     outputs: Float[np.ndarray, "anchors outputs"],
-    together: Int[np.ndarray, " anchors"],
+    groups: Int[np.ndarray, " anchors"],
     *,
     width: float,
     ridge: float,
 ) -> PoseFit:
-    """Fit each region, and say what each anchor would miss if it were not there (in closed form).
+    """Fits each region, and computes leave-one-out residuals in closed form.
 
     Args:
-        distances: Between the anchors, squared, in each region.
-        outputs: What is to be told, its mean over the anchors removed.
-        together: A number for each anchor: neighbours that share one are left out together.
-        width: Of the kernel.
-        ridge: Added to its diagonal.
+        distances: Squared distances between the anchors, per region.
+        outputs: Targets, with their mean over the anchors removed.
+        groups: Group number of each anchor; neighbours in one group are left out together.
+        width: Width of the kernel.
+        ridge: Penalty added to the diagonal.
     """
-    weights, left_out = [], []
+    weights, residuals = [], []
     for region in range(distances.shape[1]):
         gram = kernel(distances[:, region], width) + ridge * np.eye(len(distances))
         inverse = np.linalg.inv(gram)
-        found = inverse @ outputs
-        weights.append(found)
-        left_out.append(leave_groups_out(inverse, found, together))
-    return PoseFit(width, ridge, np.stack(weights), np.stack(left_out))
+        solution = inverse @ outputs
+        weights.append(solution)
+        residuals.append(leave_groups_out(inverse, solution, groups))
+    return PoseFit(width, ridge, np.stack(weights), np.stack(residuals))
 
 
 def leave_groups_out(
     inverse: Float[np.ndarray, "rows rows"],
     weights: Float[np.ndarray, "rows outputs"],
-    together: Int[np.ndarray, " rows"],
+    groups: Int[np.ndarray, " rows"],
 ) -> Float[np.ndarray, "rows outputs"]:
-    """What a kernel ridge regression misses of rows that are left out, neighbours that share a number at once.
+    """Returns the residual of each row for a kernel ridge regression without the group of that row.
 
     Args:
-        inverse: Of its matrix.
-        weights: The inverse times its outputs.
-        together: The numbers.
+        inverse: Inverse of the regularised kernel matrix.
+        weights: The inverse times the outputs.
+        groups: Group number of each row; the rows of a group are consecutive.
     """
-    blocks = np.split(np.arange(len(together)), np.flatnonzero(np.diff(together)) + 1)
+    blocks = np.split(np.arange(len(groups)), np.flatnonzero(np.diff(groups)) + 1)
     return np.concatenate([np.linalg.solve(inverse[np.ix_(block, block)], weights[block]) for block in blocks])

@@ -1,4 +1,4 @@
-"""The clothing shape model of one anchor: what the shape of the body does to the garment in one pose."""
+"""The clothing shape model of one anchor: the effect of the body shape on the garment in one pose."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -10,15 +10,15 @@ from hemline.learning.pca import principal_of_rows
 
 
 def shape_features(betas: Float[np.ndarray, "... betas"]) -> Float[np.ndarray, "... features"]:
-    r"""$(\beta, \beta^2)$, squares element by element."""
+    r"""Returns $(\beta, \beta^2)$, with squares taken per element."""
     return np.concatenate([betas, betas**2], axis=-1)
 
 
 def pad_betas(betas: Float[np.ndarray, "shapes betas"], count: int) -> Float[np.ndarray, "shapes count"]:
-    """So many betas of each shape, zeros where there are fewer, float64."""
-    found = np.zeros((len(betas), count))
-    found[:, : min(count, betas.shape[1])] = betas[:, :count]
-    return found
+    """Cuts or zero-pads each row to `count` betas, float64."""
+    result = np.zeros((len(betas), count))
+    result[:, : min(count, betas.shape[1])] = betas[:, :count]
+    return result
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,9 @@ class ShapeModel:
     r"""$c(\beta) = \bar c + U W (\beta, \beta^2, 1)$.
 
     Attributes:
-        mean: $\bar c + U w_0$: the prediction for a body of mean shape.
-        effects: $U W$ of each feature, less the constant.
-        explained: Share of the variance of the garments that the components hold.
+        mean: $\bar c + U w_0$, the prediction for a body of mean shape.
+        effects: $U W$ for each feature, without the constant.
+        explained: Fraction of the variance of the garments that the components explain.
     """
 
     mean: Float[np.ndarray, " rows"]
@@ -45,14 +45,14 @@ class ShapeModel:
         ridge: float,
         squares: bool = True,
     ) -> Self:
-        """Components of the garments, and a ridge regression from the shape to their coefficients.
+        """Fits principal components of the garments, and a ridge regression from the shape to their coefficients.
 
         Args:
             garments: Coordinates of the garment on each shape [m].
-            betas: The shapes.
-            components: Principal components.
-            ridge: What the squares of the weights cost; the constant is free.
-            squares: Whether squares of the betas count.
+            betas: Betas of each shape.
+            components: Number of principal components.
+            ridge: Penalty on the squared weights; the constant is not penalised.
+            squares: Whether squared betas are features too.
 
         Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations",
             2021, Eq. 5 and 6.
@@ -61,8 +61,9 @@ class ShapeModel:
         basis, coefficients = principal_of_rows(garments - mean, components)
         features = shape_features(betas) if squares else np.asarray(betas, np.float64)
         centre = features.mean(axis=0)
-        away = features - centre
-        weights = np.linalg.solve(away.T @ away + ridge * np.eye(away.shape[1]), away.T @ coefficients)
+        centred = features - centre
+        gram = centred.T @ centred + ridge * np.eye(centred.shape[1])
+        weights = np.linalg.solve(gram, centred.T @ coefficients)
         effects = weights @ basis
         if not squares:
             effects = np.concatenate([effects, np.zeros_like(effects)])
@@ -72,5 +73,5 @@ class ShapeModel:
         return cls(mean - centre @ effects, effects, explained)
 
     def at(self, betas: Float[np.ndarray, "shapes betas"]) -> Float[np.ndarray, "shapes rows"]:
-        """The garment on bodies of these shapes [m]; betas that it does not know are left out."""
+        """Returns the garment on bodies of these shapes [m], ignoring betas beyond those of the fit."""
         return self.mean + shape_features(pad_betas(betas, len(self.effects) // 2)) @ self.effects

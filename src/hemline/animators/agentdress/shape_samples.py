@@ -1,4 +1,4 @@
-"""What the shape of the body adds, as it is kept: for each body that was settled, what it counts for."""
+"""The effect of the body shape on the garment, stored as kernel weights of the draped bodies."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -13,33 +13,32 @@ from hemline.files.contents import AGAIN, array_of
 from .shape_model import pad_betas
 
 SQUARE_WEIGHT = 0.5
-"""What the square of a beta counts for beside the beta."""
-
+"""Weight of a squared beta relative to the beta."""
 
 SHAPE_LENGTH_SCALE = 10.0
-"""How far apart two bodies still tell much of each other."""
+"""Length scale of the kernel over body shapes."""
 
 
 def kernel_over_shapes(
-    betas: Float[np.ndarray, "bodies betas"], others: Float[np.ndarray, "others betas"], reach: float
+    betas: Float[np.ndarray, "bodies betas"], others: Float[np.ndarray, "others betas"], length_scale: float
 ) -> Float[np.ndarray, "bodies others"]:
-    r"""The kernel over shapes, nothing where one of them is the mean one.
+    r"""Returns the kernel between shapes; it is 0 if one of them is the mean shape.
 
-    $l^2 (k(\beta - \beta') - k(\beta)\, k(\beta'))$, $k(\beta) = 1 / (1 + |\beta|^2 / l^2)$: that of a Gaussian process
-    with the kernel k, once it is known to be 0 at the mean shape.
+    $l^2 (k(\beta - \beta') - k(\beta)\, k(\beta'))$, $k(\beta) = 1 / (1 + |\beta|^2 / l^2)$: the kernel of a Gaussian
+    process with kernel $k$, conditioned to be 0 at the mean shape.
 
     Args:
         betas: Some shapes.
         others: Other shapes, with as many betas.
-        reach: $l$; 0: the products of $(\beta, s \beta^2)$ instead, as linear and square effects have them.
+        length_scale: $l$. 0 selects the products of $(\beta, s \beta^2)$, the kernel of linear and square effects.
     """
     first, second = betas.astype(np.float64), others.astype(np.float64)
     products = first @ second.T
-    if reach == 0:
+    if length_scale == 0:
         return products + SQUARE_WEIGHT**2 * (first**2 @ (second**2).T)
     one, other = (first**2).sum(axis=1)[:, None], (second**2).sum(axis=1)
-    apart, area = one + other - 2 * products, reach**2
-    return area * (1 / (1 + apart / area) - 1 / ((1 + one / area) * (1 + other / area)))
+    distance, area = one + other - 2 * products, length_scale**2
+    return area * (1 / (1 + distance / area) - 1 / ((1 + one / area) * (1 + other / area)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +46,11 @@ class ShapeSamples:
     r"""$E_{g,s}(\beta) = \sum_{i: s_i = s} \alpha_{g,i}\, k(S \beta_i, S \beta)$.
 
     Attributes:
-        poses: In which pose each body was settled, rising.
-        betas: Its shape.
-        weights: $\alpha$, by region; one region stands for all where they do not differ.
-        scale: $S$, see `shape_scale`; the identity where betas count alike.
-        reach: Of the kernel $k$, `kernel_over_shapes`.
+        poses: Pose in which each body was draped, ascending.
+        betas: Shape of each body.
+        weights: $\alpha$ per region; a single region stands for all if they do not differ.
+        scale: $S$, see `shape_scale`; the identity if all betas count alike.
+        length_scale: Length scale of the kernel $k$, see `kernel_over_shapes`; saved as `reach`.
     """
 
     poses: Int[np.ndarray, " samples"]
@@ -62,12 +61,12 @@ class ShapeSamples:
 
     @property
     def pose_count(self) -> int:
-        """Poses, the first ones of the model, at which something is added."""
+        """Number of poses with draped bodies; they are the first ones of the model."""
         return int(self.poses[-1]) + 1
 
     @classmethod
     def of_effects(cls, effects: Float[np.ndarray, "features shape_regions poses shape_modes"]) -> Self:
-        r"""Those that add given multiples of $(\beta, \beta^2)$: for each beta a body at 1 and one at -1."""
+        r"""Makes samples with given linear and square effects: for each beta a body at 1 and one at -1."""
         known, _, poses, _ = (count // 2 if axis == 0 else count for axis, count in enumerate(effects.shape))
         linear, square = effects[:known], effects[known:] / SQUARE_WEIGHT**2
         weights = np.concatenate([square + linear, square - linear]) / 2
@@ -77,53 +76,48 @@ class ShapeSamples:
             np.tile(bodies, (poses, 1)).astype(np.float32),
             weights.transpose(1, 2, 0, 3).reshape(effects.shape[1], -1, effects.shape[3]).astype(np.float32),
             np.eye(known, dtype=np.float32),
-            reach=0.0,
+            length_scale=0.0,
         )
 
-    def select_poses(self, of: Int[np.ndarray, " poses"]) -> Self:
-        """Those of some poses in turn, as often as they are named."""
-        rows = [np.flatnonzero(self.poses == pose) for pose in of]
-        numbers = np.repeat(np.arange(len(of), dtype=np.int32), [len(each) for each in rows])
-        order = np.concatenate(rows)
-        return replace(self, poses=numbers, betas=self.betas[order], weights=self.weights[:, order])
-
     def in_half_precision(self) -> Self:
-        """As a model file keeps them: weights in half precision."""
+        """Rounds the weights to half precision, as a model file stores them."""
         return replace(self, weights=self.weights.astype(np.float16).astype(np.float32))
 
     def effects(self, betas: Float[np.ndarray, " betas"]) -> Float[np.ndarray, "shape_regions poses shape_modes"]:
-        """What a shape adds to each direction at each pose, by region, float32."""
+        """Returns the effect of a shape on each mode at each pose, per region, float32."""
         query = pad_betas(betas[None], self.betas.shape[1])
-        shares = kernel_over_shapes(self.betas @ self.scale, query @ self.scale, self.length_scale)[:, 0].astype(np.float32)
+        kernel = kernel_over_shapes(self.betas @ self.scale, query @ self.scale, self.length_scale)[:, 0].astype(
+            np.float32
+        )
         firsts = np.flatnonzero(np.diff(self.poses, prepend=-1))
-        found = np.zeros((len(self.weights), self.pose_count, self.weights.shape[2]), np.float32)
-        found[:, self.poses[firsts]] = np.add.reduceat(self.weights * shares[:, None], firsts, axis=1)
-        return found
+        result = np.zeros((len(self.weights), self.pose_count, self.weights.shape[2]), np.float32)
+        result[:, self.poses[firsts]] = np.add.reduceat(self.weights * kernel[:, None], firsts, axis=1)
+        return result
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What a model file holds; weights in half precision."""
+        """Returns the arrays of a model file, weights in half precision."""
         weights = self.weights.astype(np.float16)
-        held = {"poses": self.poses, "betas": self.betas, "weights": weights, "scale": self.scale}
-        return held | {"reach": np.array([self.length_scale], np.float32)}
+        arrays = {"poses": self.poses, "betas": self.betas, "weights": weights, "scale": self.scale}
+        return arrays | {"reach": np.array([self.length_scale], np.float32)}
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, poses: int, regions: int) -> Self:
-        """Read them back.
+        """Reads the arrays of a model file.
 
         Raises:
-            BadModel: An array is missing or of another shape, or names a pose that does not exist.
+            BadModel: An array is missing or has the wrong shape, or refers to a pose that does not exist.
         """
-        held = array_of(arrays, "poses", "int32", (None,))
-        weights = array_of(arrays, "weights", "float16", (None, len(held), None))
-        if not (len(held) and held[0] >= 0 and (np.diff(held) >= 0).all() and held[-1] < poses):
-            raise BadModel("bodies are in poses of the model, in rising order", str(held[:8]), AGAIN)
+        bodies = array_of(arrays, "poses", "int32", (None,))
+        weights = array_of(arrays, "weights", "float16", (None, len(bodies), None))
+        if not (len(bodies) and bodies[0] >= 0 and (np.diff(bodies) >= 0).all() and bodies[-1] < poses):
+            raise BadModel("bodies are in poses of the model, in rising order", str(bodies[:8]), AGAIN)
         if len(weights) not in (1, regions):
-            raise BadModel("what the shape adds is told for each region, or for all", len(weights), AGAIN)
+            raise BadModel("the effect of the shape is given for each region, or for all", len(weights), AGAIN)
         betas, reach = (
-            array_of(arrays, "betas", "float32", (len(held), None)),
+            array_of(arrays, "betas", "float32", (len(bodies), None)),
             array_of(arrays, "reach", "float32", (1,)),
         )
         scale = array_of(arrays, "scale", "float32", (betas.shape[1], betas.shape[1]))
         if not (np.isfinite(reach[0]) and reach[0] >= 0 and np.isfinite(scale).all()):
             raise BadModel("the kernel over shapes has a finite reach and scale", float(reach[0]), AGAIN)
-        return cls(held, betas, weights.astype(np.float32), scale, float(reach[0]))
+        return cls(bodies, betas, weights.astype(np.float32), scale, float(reach[0]))

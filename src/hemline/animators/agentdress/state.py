@@ -1,4 +1,4 @@
-"""What moves of a close-fitting garment."""
+"""The State of a close-fitting garment."""
 
 from dataclasses import dataclass
 
@@ -9,16 +9,16 @@ from hemline.arrays import Float, Vertices
 
 @dataclass(frozen=True, eq=False)
 class AgentDressState:
-    """All that moves, and what depends on the shape of the body alone."""
+    """The pose that the garment follows, and everything that depends only on the body shape."""
 
     rest: Vertices
-    """The garment in the rest pose, without what pose and shape add [m]."""
+    """The skinned part of the garment, in the rest pose, without pose and shape offsets [m]."""
     normals: Float[np.ndarray, "verts 3"]
-    """Of the body under each vertex, in its rest pose."""
-    effects: Float[np.ndarray, "shape_regions told shape_modes"]
-    """What the shape adds in each pose in which others than the mean one were settled, by region; then what the
-    material does, where it is another one than that of the fit."""
+    """Normals of the body under each vertex, in the rest pose."""
+    effects: Float[np.ndarray, "shape_regions poses shape_modes"]
+    """Effect of the body shape in each pose in which other shapes were draped, per region, followed by the effect of
+    the material if it is not that of the fit."""
     axes: Float[np.ndarray, "counting 9"] | None = None
-    """Of the joints' frames, following the pose; None before the first step."""
+    """Axes of the joint frames, following the pose; None before the first step."""
     distances: Float[np.ndarray, "regions poses"] | None = None
-    """From these to each pose of the model."""
+    """Squared distances from these axes to each pose of the model."""

@@ -1,4 +1,4 @@
-"""All arrays of a model, as they are played."""
+"""The arrays of a model, in the form used for playback."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -19,24 +19,24 @@ from .shape_samples import ShapeSamples
 
 @dataclass(frozen=True, eq=False)
 class Tables:
-    """Arrays of AgentDress, float32 and int32; coordinates are those of the body's rest pose.
+    """Arrays of AgentDress, float32 and int32; coordinates refer to the rest pose of the body.
 
     Attributes:
         indices: Bones of each vertex.
-        weights: Their weights.
-        nearest: Vertex of the body under each of the garment's.
-        regions: Share of each region in each vertex.
-        axes: What each axis of each joint's frame counts for in the distances of each region.
-        rotations: Poses of the kernels; the first ones are those of the anchors.
-        rest: The garment of the mean shape, as skinning carries it [m].
-        rest_effects: What the features of the shape, of all betas, do to it [m].
-        offset: What is added to it in the turned frames of the vertices, mean over these poses [m].
-        basis: Directions of the pose model, then those of the shape.
-        pose_weights: What each pose adds to each direction, by region.
-        shapes: What each shape adds to each of these, by pose and region; one region stands for all where anchors are
+        weights: Weights of these bones.
+        nearest: Closest body vertex of each garment vertex.
+        regions: Weight of each region at each vertex.
+        axes: Weight of each axis of each joint frame in the distances of each region.
+        rotations: Poses of the kernels; the first ones are the anchors.
+        rest: The skinned garment of the mean shape [m].
+        rest_effects: Effect of each shape feature, of all betas, on `rest` [m].
+        offset: Mean offset from the skinned garment over these poses, in rotated vertex frames [m].
+        basis: Modes of the pose model, followed by modes of the shape.
+        pose_weights: Weight of each pose on each pose mode, per region.
+        shapes: Effect of body shapes on each shape mode, per pose and region; one region stands for all if anchors are
             blended.
-        clearances: How far off the skin each vertex is kept, at least [m].
-        rigged: The pose model, where it is rigging; then the basis has directions of the shape alone.
+        clearances: Least distance of each vertex from the skin [m].
+        rigged: The rigged anchors, if rigging is the pose model; the basis then has shape modes alone.
     """
 
     indices: Int[np.ndarray, "verts influences"]
@@ -55,26 +55,26 @@ class Tables:
     rigged: RiggedTables | None = None
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What a model file holds; effects of the shape in half precision."""
+        """Returns the arrays of a model file, effects of the shape in half precision."""
         parts = {"basis": self.basis, "shapes": self.shapes} | ({"rigged": self.rigged} if self.rigged else {})
-        held = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("basis", "shapes", "rigged")}
-        held["rest_effects"] = held["rest_effects"].astype(np.float16)
-        return held | {f"{part}.{name}": array for part, of in parts.items() for name, array in of.arrays().items()}
+        own = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("basis", "shapes", "rigged")}
+        own["rest_effects"] = own["rest_effects"].astype(np.float16)
+        return own | {f"{part}.{name}": array for part, of in parts.items() for name, array in of.arrays().items()}
 
     def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> Self:
-        """The same of some of the vertices."""
-        of_vertices = ("indices", "weights", "nearest", "regions", "rest", "offset", "clearances")
-        held = {name: np.ascontiguousarray(getattr(self, name)[kept]) for name in of_vertices}
+        """Returns the tables restricted to some of the vertices."""
+        names = ("indices", "weights", "nearest", "regions", "rest", "offset", "clearances")
+        arrays = {name: np.ascontiguousarray(getattr(self, name)[kept]) for name in names}
         effects = np.ascontiguousarray(self.rest_effects[:, kept])
         rigged = self.rigged and self.rigged.at_vertices(kept)
-        return replace(self, **held, rest_effects=effects, basis=self.basis.at_vertices(kept), rigged=rigged)
+        return replace(self, **arrays, rest_effects=effects, basis=self.basis.at_vertices(kept), rigged=rigged)
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, vertices: int, body_vertices: int, rigged: bool) -> Self:
-        """Read them back, with rigged anchors or without.
+        """Reads the arrays of a model file, with rigged anchors or without.
 
         Raises:
-            BadModel: One is missing, or of another type or shape than the others ask for.
+            BadModel: An array is missing or has the wrong type or shape.
         """
         regions = array_of(arrays, "regions", "float32", (vertices, None))
         rotations = array_of(arrays, "rotations", "float32", (None, JOINT_COUNT, 4))
@@ -85,9 +85,9 @@ class Tables:
             raise BadModel("the basis has a mode for each output of poses and shapes", basis.mode_count, AGAIN)
         indices = array_of(arrays, "indices", "int32", (vertices, INFLUENCES))
         nearest = array_of(arrays, "nearest", "int32", (vertices,))
-        for name, found, limit in (("bone", indices, JOINT_COUNT), ("vertex of the body", nearest, body_vertices)):
-            if found.size and not (found.min() >= 0 and found.max() < limit):
-                raise BadModel(f"the model names a {name} that does not exist", int(found.max()), AGAIN)
+        for name, array, limit in (("bone", indices, JOINT_COUNT), ("vertex of the body", nearest, body_vertices)):
+            if array.size and not (array.min() >= 0 and array.max() < limit):
+                raise BadModel(f"the model names a {name} that does not exist", int(array.max()), AGAIN)
         return cls(
             indices=indices,
             weights=array_of(arrays, "weights", "float32", (vertices, INFLUENCES)),

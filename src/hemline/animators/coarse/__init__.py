@@ -1,1 +1,1 @@
-"""A coarse copy of a garment that a network moves, and the garment that rides on it: what `lag` and `swingar` share."""
+"""Animates a garment by a network that moves a coarse proxy of it: what `lag` and `swingar` share."""

@@ -1,4 +1,4 @@
-"""How a garment lay when it began to be moved by the network."""
+"""How a garment lay on the body when the network took over from the simulation."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,28 +12,31 @@ from hemline.arrays import Float
 from .proxy_on_body import ProxyOnBody
 
 FADE_SECONDS = 10.0
-"""Time in which what is known of the beginning fades by a factor of e [s]."""
+"""Time constant with which this knowledge fades [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Beginning:
-    """Where a simulation had brought each vertex; cloth that slid down, or caught, stays so for a while."""
+    """Where a simulation left each vertex. Cloth that had slid down or caught stays so for a while."""
 
     offsets: Float[np.ndarray, "verts 3"]
-    """From where skinning put it, in its turned frame [m]."""
+    """Offset of each vertex from skinning, in its rotated frame [m]."""
     seconds: float = 0.0
-    """How long ago [s]."""
+    """Time since then [s]."""
 
     def later(self, dt: float) -> Self:
-        """After a time [s]."""
+        """Returns the same beginning after a time [s]."""
         return replace(self, seconds=self.seconds + dt)
 
-    def features(self) -> Float[np.ndarray, "verts begun"]:
-        """What a vertex is told of it: how it lay, and how far that counts; all zero where nothing is known."""
-        counts = math.exp(-self.seconds / FADE_SECONDS)
-        return np.concatenate([counts * self.offsets, np.full((len(self.offsets), 1), counts)], axis=1, dtype=np.float32)
+    def features(self) -> Float[np.ndarray, "verts beginning"]:
+        """Returns the features of each vertex: its faded offset and the factor of the fading. Zeros mean "unknown"."""
+        factor = math.exp(-self.seconds / FADE_SECONDS)
+        return np.concatenate(
+            [factor * self.offsets, np.full((len(self.offsets), 1), factor)], axis=1, dtype=np.float32
+        )
 
 
 def opening_simulator(proxy: ProxyOnBody) -> SimulatedProxy:
-    """What simulates a proxy at the beginning."""
-    return SimulatedProxy(proxy.garment, proxy.shaped, QUALITY_LEVELS["good"].settings(), proxy.rest.astype(np.float64))
+    """Returns what simulates a proxy before the network takes over."""
+    settings = QUALITY_LEVELS["good"].settings()
+    return SimulatedProxy(proxy.garment, proxy.shaped, settings, proxy.rest.astype(np.float64))

@@ -1,26 +1,27 @@
-"""Options that are common to the networks that move a coarse garment."""
+"""Options common to the networks that animate a coarse proxy mesh."""
 
 from dataclasses import dataclass
 from typing import ClassVar
 
 from hemline.garments.proxy.proxy import ProxySize
-from hemline.options import check_options, not_negative, positive, share
+from hemline.options import check_options, fraction, not_negative, positive
 
 
 @dataclass(frozen=True)
 class CoarseConfig:
-    """Options.
+    """Options common to the fits of `lag` and `swingar`.
 
     Raises:
-        BadInput: A value that makes no sense, such as no epochs.
+        BadInput: An option is out of its range, such as no epochs.
     """
 
     SIZES: ClassVar[tuple[str, ...]] = ("edge", "fewest", "most")
-    """Options that belong to the weights: where they are gone on from, theirs count."""
+    """Options stored with the weights: a fit that starts from other weights takes them over."""
 
     start: str = ""
-    """Model file, or name of a shipped model, whose weights training starts from. Takes of a single garment then
-    suffice, and the sizes of that model replace those given here. By default training starts from random weights."""
+    """Model file, or name of a shipped model, whose weights training starts from.
+    Takes of a single garment then suffice, and the sizes of that model replace those given here.
+    By default training starts from random weights."""
     edge: float = positive(ProxySize().edge)
     """Edge length of the proxy mesh [m]."""
     fewest: int = positive(ProxySize().fewest)
@@ -38,13 +39,13 @@ class CoarseConfig:
     stride: int = positive(8)
     """Interval between the frames of a take that are learned, each with the two frames before it [frames]."""
     evenness: float = not_negative(0.5)
-    """Exponent that balances garments: a garment's loss is divided by its skinning error to this power. With 0, errors
-    count in millimetres; with 1, they count relative to the skinning error."""
-    unknown: float = share(0.2)
+    """Exponent that balances garments: a garment's loss is divided by its skinning error to this power.
+    With 0, errors count in millimetres; with 1, they count relative to the skinning error."""
+    unknown: float = fraction(0.2)
     """Fraction of frame groups, between 0 and 1, that are trained without knowing how the garment lay at the start."""
     beginning: float = not_negative(1.0)
-    """Time for which a garment is simulated before the network moves it [s]. With 0 it starts where skinning puts
-    it."""
+    """Time for which a garment is simulated before the network moves it [s].
+    With 0 it starts where skinning puts it."""
     mirrored: bool = True
     """Exchange left and right in half of the training frames."""
     held_out: float = positive(0.15)
@@ -59,5 +60,5 @@ class CoarseConfig:
 
     @property
     def size(self) -> ProxySize:
-        """Size of the proxies that the network moves."""
+        """Limits of the size of the proxy meshes."""
         return ProxySize(self.edge, self.fewest, self.most)

@@ -1,4 +1,4 @@
-"""Where vertices are, from where skinning puts them: what the network says, without jumps."""
+"""Displacements of vertices from skinning: those that a network predicts, smoothed and without jumps."""
 
 import math
 from dataclasses import dataclass
@@ -9,44 +9,46 @@ import numpy as np
 from hemline.arrays import Float
 
 TRANSIENT_SECONDS = 0.2
-"""Time constant with which most cloth goes from where a simulation left it to where the network puts it [s]."""
+"""Time constant of the transient part of what the network misses when the simulation ends [s]."""
 PERSISTENT_SECONDS = 8.0
-"""Time constant of what it missed because cloth had slid or caught [s]."""
+"""Time constant of the persistent part, cloth that had slid or caught [s]."""
 PERSISTENT_FRACTION = 0.5
-"""How much of what the network missed that is."""
+"""Fraction of what the network misses that persists."""
 SMOOTHING_SECONDS = 0.05
-"""Time constant with which it follows what the network says [s]."""
+"""Time constant with which displacements follow the network [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Displacement:
-    """Vectors in the turned frames of the vertices [m], float32."""
+    """Displacements in the rotated frames of the vertices (verts, 3) [m], float32."""
 
     current: Float[np.ndarray, "verts 3"]
+    """Displacements that are shown."""
     transient: Float[np.ndarray, "verts 3"] | None = None
-    """What is not forgiven yet of what the network missed when the simulation ended; None: there was none."""
+    """Remaining transient part of what the network missed when the simulation ended; None without a simulation."""
     persistent: Float[np.ndarray, "verts 3"] | None = None
-    """The part of it that lasts."""
+    """Remaining persistent part."""
 
     @classmethod
-    def after_simulation(cls, lay: Float[np.ndarray, "verts 3"], said: Float[np.ndarray, "verts 3"]) -> Self:
-        """Where a simulation has ended.
+    def after_simulation(cls, simulated: Float[np.ndarray, "verts 3"], predicted: Float[np.ndarray, "verts 3"]) -> Self:
+        """Returns the displacements at the end of a simulation.
 
-        What a network misses has two parts: how cloth swings, which is another thing a moment later, and where it has
-        come to lie on the body, which is the same seconds later.
+        What a network misses has two parts. How the cloth swings is different a moment later; where it came to lie on
+        the body is the same seconds later.
 
         Args:
-            lay: Where it left each vertex.
-            said: Where the network would have put it.
+            simulated: Displacements of the simulated vertices.
+            predicted: Displacements that the network predicts for the same frame.
         """
-        missed = np.float32(1 - PERSISTENT_FRACTION) * (lay - said)
-        return cls(lay, missed, (lay - said) - missed)
+        transient = np.float32(1 - PERSISTENT_FRACTION) * (simulated - predicted)
+        return cls(simulated, transient, (simulated - predicted) - transient)
 
-    def advance(self, said: Float[np.ndarray, "verts 3"], dt: float) -> Self:
-        """A time later [s], when the network says another thing."""
-        missed, slid = self.transient, self.persistent
-        if missed is not None and slid is not None:
-            missed = missed * np.float32(math.exp(-dt / TRANSIENT_SECONDS))
-            slid = slid * np.float32(math.exp(-dt / PERSISTENT_SECONDS))
-            said = said + missed + slid
-        return type(self)(said + np.float32(math.exp(-dt / SMOOTHING_SECONDS)) * (self.current - said), missed, slid)
+    def advance(self, predicted: Float[np.ndarray, "verts 3"], dt: float) -> Self:
+        """Returns the displacements after a time [s], when the network predicts others."""
+        transient, persistent = self.transient, self.persistent
+        if transient is not None and persistent is not None:
+            transient = transient * np.float32(math.exp(-dt / TRANSIENT_SECONDS))
+            persistent = persistent * np.float32(math.exp(-dt / PERSISTENT_SECONDS))
+            predicted = predicted + transient + persistent
+        kept = np.float32(math.exp(-dt / SMOOTHING_SECONDS))
+        return type(self)(predicted + kept * (self.current - predicted), transient, persistent)

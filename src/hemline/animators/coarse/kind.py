@@ -1,13 +1,14 @@
-"""What the registry knows of an animator whose network moves a coarse garment."""
+"""The registry entry of an animator whose network moves a proxy."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hemline.animators.base import Progress
+from hemline.animators.lazy_kind import import_object
 from hemline.errors import BadDataset
 
 from .config import CoarseConfig
@@ -16,24 +17,32 @@ from .network import Network
 from .wearable import CoarseWearable
 
 if TYPE_CHECKING:
-    from hemline.animators.coarse.fit.split_frames import SplitFrames
     from hemline.datasets import Collection, Dataset
 
+    from .fit.split_frames import SplitFrames
 
-class CoarseKind(ABC):
-    """An `animators.base.AnimatorKind` whose network moves a coarse garment; each network has a class of its own."""
+
+@dataclass(frozen=True)
+class NetworkKind:
+    """An `animators.base.AnimatorKind` whose network moves a proxy. Its training is imported when it is first used.
+
+    Attributes:
+        name: Name of the animator in model files and on the command line.
+        version: Version of what its model files hold under its name.
+        Config: Class of the options of its fit.
+        network_of: Reads the network from a model file, see `weights.NetworkReader`.
+        trainer: Function that trains the network, as `module:function`; see `train`.
+    """
 
     name: str
-    """Name of the animator in model files and on the command line."""
     version: int
-    """Version of what its model files hold under its name."""
     Config: type[CoarseConfig]
-    """Class of the options of its fit."""
+    network_of: Callable[[Mapping[str, np.ndarray], Any, Mapping[str, Any]], Network]
+    trainer: str
 
-    @abstractmethod
     def train(
         self,
-        frames: "SidedFrames",
+        frames: "SplitFrames",
         config: Any,
         *,
         start: Any,
@@ -42,27 +51,25 @@ class CoarseKind(ABC):
         checkpoints: Path | None,
         tell: Callable[[str, int, int], None],
     ) -> tuple[Network, dict[str, float]]:
-        """Learn.
+        """Trains a network.
 
         Args:
-            frames: Frames to learn from, `train`, and frames to choose the best epoch by, by what is new about them.
-            config: Options.
-            start: The network to go on from; None: from skinning.
-            seed: Seed of all that is random.
-            mark: Hash of all that the fit depends on.
-            checkpoints: A folder for the state of the training; None: it is not kept.
-            tell: Called with stage, steps done and steps in all.
+            frames: Frames to train on and frames to choose the best epoch by.
+            config: Options of the fit.
+            start: Network to continue from; None starts from skinning.
+            seed: Seed of everything random.
+            mark: Hash of everything that the fit depends on.
+            checkpoints: Folder for the state of the training; None keeps none.
+            tell: Called with the stage, the steps done and the number of steps.
 
         Returns:
-            The network, and its figures.
+            The network and its figures.
 
         Raises:
             BadModel: The training diverged.
         """
-
-    @abstractmethod
-    def network_of(self, arrays: Mapping[str, np.ndarray], config: Any, own: Mapping[str, Any]) -> Network:
-        """The network of a model file, see `weights.NetworkReader`."""
+        function = import_object(self.trainer)
+        return function(frames, config, start=start, seed=seed, mark=mark, checkpoints=checkpoints, tell=tell)
 
     def fit(
         self,
@@ -73,10 +80,11 @@ class CoarseKind(ABC):
         progress: Progress | None = None,
         checkpoints: Path | None = None,
     ) -> CoarseWearable:
-        """Learn from takes of many garments, or go on from a model with takes of one; see `fit.fit`.
+        """Fits the network to takes of many garments, or continues from a model with takes of one; see `fit.fit`.
 
         Raises:
-            BadDataset: Takes of a single garment, and no model to go on from; or as `fit.fit`.
+            BadDataset: The takes are of a single garment and no model is named to continue from, or `fit.fit` refuses
+                them.
         """
         from hemline.animators.coarse.fit.fit import fit
         from hemline.datasets import Collection
@@ -90,10 +98,10 @@ class CoarseKind(ABC):
         return CoarseWearable(fit(self, data, config, seed=seed, progress=progress, checkpoints=checkpoints))
 
     def of(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> CoarseAnimator | CoarseWearable:
-        """Make one from what a model file holds: an animator where it names a garment, else a wearable.
+        """Reads an animator from a model file that names a garment, and a wearable from any other.
 
         Raises:
-            BadModel: As `CoarseAnimator.of` and `CoarseWearable.of`.
+            BadModel: `CoarseAnimator.of` or `CoarseWearable.of` refuses the file.
         """
         made = CoarseAnimator if "garment" in metadata else CoarseWearable
         return made.of(self, arrays, metadata)

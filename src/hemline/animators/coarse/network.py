@@ -1,4 +1,4 @@
-"""What moves a proxy: a network with its inputs."""
+"""The interface of a network that moves a proxy, with its inputs."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -13,31 +13,32 @@ from hemline.motions.motion import Pose
 from .proxy_on_body import ProxyOnBody
 
 Prediction = tuple[Any, Float[np.ndarray, "coarse 3"]]
-"""What is remembered, and where the proxy's vertices are [m]."""
+"""The history after a step, and the positions of the proxy's vertices [m]."""
 
 
 class Network(Protocol):
     """A network with its inputs.
 
-    What it remembers beside the `Trail` has methods `followed` and `moved`, as `swingar.history.History`; or is None.
+    Its history, what it remembers beside the `Trail`, is None or has the methods `advance` and `transform`, as
+    `swingar.history.History` has.
     """
 
     def prepare(self, proxy: ProxyOnBody) -> Any:
-        """What it knows of a garment once and for all."""
+        """Computes what the network needs of a garment and what does not change from frame to frame."""
         ...
 
     def start(self, pose: Pose) -> Any:
-        """What it remembers of a body that has always stood so."""
+        """Returns the history of a body that has always stood in one pose."""
         ...
 
     def predict(self, prepared: Any, proxy: ProxyOnBody, trail: Trail, history: Any, posed: PosedBody) -> Prediction:
-        """The proxy on a posed body."""
+        """Predicts the proxy on a posed body."""
         ...
 
     def arrays(self) -> Mapping[str, np.ndarray]:
-        """Weights of the network by name, as model files hold them."""
+        """Returns the weights of the network by their names in model files."""
         ...
 
     def extra(self) -> Mapping[str, Any]:
-        """What model files say of it beside its weights."""
+        """Returns what model files say of the network beside its weights."""
         ...

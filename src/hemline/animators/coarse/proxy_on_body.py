@@ -1,4 +1,4 @@
-"""A garment's proxy on one shape of the body: what does not change while it is played."""
+"""A garment's proxy on one shape of the body, with everything that does not change while it is played."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
@@ -11,7 +11,7 @@ from hemline.animators.coarse.features.soft_weights import SoftWeights, soft_wei
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.collide.primitives.proxy import BodyProxy, Colliders
 from hemline.garments import Garment
-from hemline.meshes import ClosestTree, SurfaceWays, vertex_normals
+from hemline.meshes import ClosestTree, GeodesicMesh, vertex_normals
 from hemline.motions.motion import JOINT_NAMES
 
 if TYPE_CHECKING:
@@ -24,40 +24,41 @@ FEATURE_JOINTS = tuple(
         *("left_shoulder", "right_shoulder", "left_elbow", "right_elbow"),
     )
 )
-"""Joints whose place each vertex is told."""
+"""Joints whose positions are features of each vertex."""
 BODY_PARTS = ("trunk", "left arm", "right arm", "left leg", "right leg")
-"""Parts of the body whose nearness each vertex is told."""
+"""Parts of the body whose nearness is a feature of each vertex."""
 CONTACT_DISTANCE = 0.012
-"""Cloth as near to the skin as this at rest lies upon it [m]."""
+"""Cloth that is nearer to the skin at rest than this lies on it [m]."""
 MAX_CLOTH_DISTANCE = 1.0
-"""Ways along the cloth are told up to this [m]."""
+"""Largest distance along the cloth; larger ones are clipped [m]."""
 MAX_CELLS = 64
-"""Cells that a garment is cut into, at most."""
+"""Largest number of cells of a garment."""
 CELL_EDGE = 0.1
-"""Spacing of cells that is aimed at [m]."""
+"""Desired spacing of cells [m]."""
 CELLS_PER_VERTEX = 4
-"""Cells that a vertex hears from."""
+"""Number of cells that reach a vertex."""
 STATIC_COUNT = 3 + 1 + 3 + 3 + 3 + len(JOINT_NAMES)
-"""Features of a vertex that do not change."""
+"""Number of features of a vertex that do not change."""
 TRAIL_COUNT = 3 * (len(LAGS) + 2 * len(SWINGS))
+"""Number of features of a vertex that are filters of one path."""
 DESCRIBED_COUNT = 2 * TRAIL_COUNT + 3 + 3 + 2 * 4 * len(BODY_PARTS) + 3 * len(FEATURE_JOINTS)
-"""Features of a vertex that `describe` writes."""
+"""Number of features of a vertex that `describe` writes."""
 BEGINNING_COUNT = 4
-"""Features of a vertex about how it lay at the beginning."""
+"""Number of features of a vertex about how it lay at the beginning."""
 DYNAMIC_COUNT = DESCRIBED_COUNT + BEGINNING_COUNT
-"""Features of a vertex that change from frame to frame."""
+"""Number of features of a vertex that change from frame to frame."""
 
 
 @dataclass(frozen=True)
 class Cells:
-    """A garment cut into cells of about 0.1 m, through which far parts of it hear of each other."""
+    """A garment cut into cells of about 0.1 m, which pass information between distant parts of it."""
 
     cell: Int[np.ndarray, " verts"]
-    """The cell of each vertex."""
+    """Cell of each vertex."""
     near: Int[np.ndarray, "verts near"]
-    """Cells that it hears from."""
+    """Cells that reach each vertex."""
     shares: Float[np.ndarray, "verts near"]
-    """How much of each; rows add up to 1."""
+    """Weights of these cells; rows add up to 1."""
 
     @property
     def count(self) -> int:
@@ -66,12 +67,12 @@ class Cells:
 
     @classmethod
     def of(cls, garment: Garment) -> Self:
-        """Cut a garment by ways along its cloth."""
+        """Cuts a garment into cells by distances along its cloth."""
         one, two = garment.rest_edges[:, :, 0], garment.rest_edges[:, :, 1]
         area = 0.5 * float(np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum())
         count = int(min(MAX_CELLS, max(CELLS_PER_VERTEX + 1, area / CELL_EDGE**2)))
-        ways = SurfaceWays.of(garment.vertices, garment.faces, garment.rest_edges)
-        near, distances = ways.nearest(ways.spread(count), CELLS_PER_VERTEX + 1, np.inf)
+        ways = GeodesicMesh.of(garment.vertices, garment.faces, garment.rest_edges)
+        near, distances = ways.nearest(ways.sample(count), CELLS_PER_VERTEX + 1, np.inf)
         found = near >= 0
         far = np.where(found, distances, 0).max(axis=1, keepdims=True) + 1e-6
         shares = np.where(found, 1 - distances / far, 0)[:, :CELLS_PER_VERTEX] + 1e-6 * found[:, :CELLS_PER_VERTEX]
@@ -82,31 +83,37 @@ class Cells:
 
 @dataclass(frozen=True, eq=False)
 class ProxyOnBody:
-    """The settled proxy, its skin weights, and what each vertex is told once."""
+    """The settled proxy with its skin weights and its features that do not change."""
 
     garment: Garment
+    """The proxy on this shape of the body."""
     rest: Vertices
-    """The garment settled on this body in its rest pose [m]."""
+    """The proxy settled on this body in its rest pose [m], float32."""
     shaped: "ShapedBody"
+    """The body."""
     skin: SoftWeights
+    """Skin weights of the proxy."""
     key: int
-    """The joint that carries the garment."""
+    """Index of the joint that carries the garment."""
     cells: Cells
+    """Cells of the proxy."""
     static: Float[np.ndarray, "verts static"]
-    """Features that do not change: normal, distance to the skin and its direction, ways along the cloth to where it
-    lies on the body and to its rims, place beside the key joint, skin weights."""
+    """Features that do not change: normal, direction and distance from the skin, distances along the cloth to where it
+    lies on the body and to its rims, position relative to the key joint, skin weights."""
     offsets: Float[np.ndarray, "verts points 3"]
-    """Where `FEATURE_JOINTS` are at rest, as `describe` tells it."""
+    """Features of `FEATURE_JOINTS` at rest, which `describe` subtracts."""
     colliders: Colliders
+    """Primitives of the body."""
     parts: tuple[Int[np.ndarray, " prims"], Int[np.ndarray, " parts"]]
+    """Part of the body of each primitive, and the numbers of all parts."""
 
     @classmethod
     def of(cls, garment: Garment, rest: Vertices, shaped: "ShapedBody") -> Self:
-        """Make it ready.
+        """Prepares a proxy on one shape of the body.
 
         Args:
-            garment: The proxy, on this shape of the body.
-            rest: It settled in the rest pose [m].
+            garment: The proxy on this shape of the body.
+            rest: The proxy settled in the rest pose (verts, 3) [m].
             shaped: The body.
         """
         skin, key = soft_weights(rest, shaped), JOINT_NAMES.index(garment.key_joint)
@@ -126,14 +133,14 @@ class ProxyOnBody:
         )
         still = np.zeros((len(rest), len(LAGS) + 2 * len(SWINGS) + 1, 3), np.float32)
         turns = np.tile(np.array([1, 0, 0, 0], np.float32), (len(rest), 1))
-        told = np.empty((len(rest), DESCRIBED_COUNT), np.float32)
+        features = np.empty((len(rest), DESCRIBED_COUNT), np.float32)
         frames = np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1))
-        made.describe(made.rest, turns, made.rest, still, still, frames, shaped.joints, told)
-        made.offsets[...] = told[:, -3 * len(FEATURE_JOINTS) :].reshape(len(rest), -1, 3)
+        made.describe(made.rest, turns, made.rest, still, still, frames, shaped.joints, features)
+        made.offsets[...] = features[:, -3 * len(FEATURE_JOINTS) :].reshape(len(rest), -1, 3)
         return made
 
     def describe(self, positions, turns, carried, trails, carried_trails, frames, joints, out) -> None:
-        """`feature_kernels.describe` with this garment and body."""
+        """Writes the features that change, see `feature_kernels.describe`."""
         points = np.ascontiguousarray(joints[list(FEATURE_JOINTS)], np.float32)
         rates = np.array([1 / omega for omega, _ in SWINGS], np.float32)
         describe(
@@ -153,14 +160,14 @@ class ProxyOnBody:
 
 
 def _parts(joints: Int[np.ndarray, " prims"]) -> Int[np.ndarray, " prims"]:
-    """Part of the body that carries each primitive."""
+    """Returns the index in `BODY_PARTS` of the part that each primitive belongs to."""
     arm, leg = ("shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot")
-    found = []
+    parts = []
     for joint in joints:
         side, _, what = JOINT_NAMES[joint].partition("_")
         limb = "arm" if what in arm else "leg" if what in leg else ""
-        found.append(BODY_PARTS.index(f"{side} {limb}") if limb else 0)
-    return np.array(found, np.int64)
+        parts.append(BODY_PARTS.index(f"{side} {limb}") if limb else 0)
+    return np.array(parts, np.int64)
 
 
 def _static(garment: Garment, rest: Vertices, shaped: "ShapedBody", skin: SoftWeights, key: int) -> np.ndarray:
@@ -168,25 +175,25 @@ def _static(garment: Garment, rest: Vertices, shaped: "ShapedBody", skin: SoftWe
     closest = tree.closest(rest)
     distances = np.asarray(closest.distances, np.float64)
     away = (rest - closest.positions) / np.maximum(distances, 1e-4)[:, None]
-    held = np.union1d(garment.pins.vertices, np.flatnonzero(distances < CONTACT_DISTANCE))
-    ways = SurfaceWays.of(rest, garment.faces, garment.rest_edges)
-    to_body, to_rim = (_cloth_distance(ways, each) for each in (held, _rim(garment.faces)))
-    hung = np.tanh(np.stack([distances / 0.1, distances / 0.3, to_body], axis=1))
-    place = rest - shaped.joints[key]
+    on_body = np.union1d(garment.pins.vertices, np.flatnonzero(distances < CONTACT_DISTANCE))
+    ways = GeodesicMesh.of(rest, garment.faces, garment.rest_edges)
+    to_body, to_rim = (_cloth_distance(ways, each) for each in (on_body, _rim_vertices(garment.faces)))
+    gaps = np.tanh(np.stack([distances / 0.1, distances / 0.3, to_body], axis=1))
+    position = rest - shaped.joints[key]
     normals = vertex_normals(rest, garment.faces)
-    parts = [normals, np.tanh(to_rim / 0.3)[:, None], away, hung, place, skin.dense()]
+    parts = [normals, np.tanh(to_rim / 0.3)[:, None], away, gaps, position, skin.dense()]
     return np.ascontiguousarray(np.concatenate(parts, axis=1), np.float32)
 
 
-def _cloth_distance(ways: SurfaceWays, sources: np.ndarray) -> np.ndarray:
-    """Way along the cloth from the nearest of some vertices [m], at most `MAX_CLOTH_DISTANCE`."""
+def _cloth_distance(ways: GeodesicMesh, sources: np.ndarray) -> np.ndarray:
+    """Returns the distance along the cloth from the nearest of some vertices [m], at most `MAX_CLOTH_DISTANCE`."""
     if not len(sources):
         return np.full(ways.vertex_count, MAX_CLOTH_DISTANCE)
     return np.minimum(ways.nearest(sources, 1, MAX_CLOTH_DISTANCE)[1][:, 0], MAX_CLOTH_DISTANCE)
 
 
-def _rim(faces: Faces) -> np.ndarray:
-    """Vertices on edges of one triangle only."""
+def _rim_vertices(faces: Faces) -> np.ndarray:
+    """Returns the vertices on edges of one triangle only."""
     sides = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    found, counts = np.unique(sides, axis=0, return_counts=True)
-    return np.unique(found[counts == 1])
+    edges, counts = np.unique(sides, axis=0, return_counts=True)
+    return np.unique(edges[counts == 1])

@@ -1,4 +1,4 @@
-"""All that moves of a garment that nobody trained on."""
+"""The State of a garment whose proxy is moved by a network."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,18 +12,18 @@ from .displacement import Displacement
 
 @dataclass(frozen=True, eq=False)
 class CoarseState:
-    """At the end of a frame; never changed in place."""
+    """The State at the end of a frame; never changed in place."""
 
     trail: Trail
-    """How the proxy moved."""
+    """Memory of how the proxy moved."""
     pose: Pose
-    """The body's."""
+    """Pose of the body."""
     history: Any
-    """What the network remembers beside it, see `network.Network`."""
+    """What the network remembers beside the trail, see `network.Network`."""
     opening: "Opening | None"
-    """The proxy while it is simulated; None: the network moves it."""
+    """The simulation that comes before the network; None once the network moves the proxy."""
     displacement: Displacement | None
-    """Where the network has moved it; None: it has not yet."""
+    """Displacements from skinning; None while the proxy is simulated, and before the first step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,5 +31,6 @@ class Opening:
     """The simulation that comes before the network."""
 
     simulated: ProxyState
+    """State of the simulation."""
     seconds: float
-    """How long it has lasted [s]."""
+    """Time since its start [s]."""

@@ -1,4 +1,4 @@
-"""A network before it is given a garment."""
+"""A trained network before it is given a garment."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -17,47 +17,51 @@ from .weights import NetworkReader, Weights
 
 @dataclass(frozen=True, eq=False)
 class CoarseWearable:
-    """Moves whatever it is given to wear.
+    """A trained network that animates any garment.
 
     Example:
         >>> import hemline
         >>> body = hemline.bodies.load("anny24").shaped()
-        >>> skirt = hemline.load("lag").worn_by(hemline.garments.load("skirt-light"), body)
+        >>> skirt = hemline.load("lag").animator_for(hemline.garments.load("skirt-light"), body)
         >>> skirt.name
         'lag'
     """
 
     weights: Weights
+    """The network with its options and its figures."""
 
     @property
     def name(self) -> str:
-        """Name of its kind."""
+        """Name of the kind of animator."""
         return self.weights.kind.name
 
     @property
     def figures(self) -> Mapping[str, float]:
-        """What the fit reached."""
+        """Figures of the fit, with their units in the names."""
         return self.weights.figures
 
     def animator_for(self, garment: Garment, body: ShapedBody) -> CoarseAnimator:
-        """The animator of one garment on one body: a few seconds, in which the garment settles.
+        """Returns the animator of one garment on one body. The garment settles first, which takes a few seconds.
 
         Raises:
-            BadGarment: The garment was made on another body.
+            BadGarment: The garment was made for another body.
             SimulationFailed: The garment could not be settled.
         """
         return CoarseAnimator.on(garment, body, self.weights)
 
-    def beginning(self, seconds: float) -> Self:
-        """The same weights, before which a garment is simulated for so long; 0: it begins where skinning puts it.
+    def with_simulated_start(self, seconds: float) -> Self:
+        """Returns the model with another time for which garments are simulated before the network takes over.
+
+        Args:
+            seconds: The time [s]; with 0 garments start where skinning puts them.
 
         Raises:
-            BadInput: A time that is negative or not finite.
+            BadInput: The time is negative or not finite.
         """
         return replace(self, weights=replace(self.weights, config=replace(self.weights.config, beginning=seconds)))
 
     def save(self, path: str | Path) -> None:
-        """Write a model file, whole or not at all.
+        """Writes a model file, whole or not at all.
 
         Raises:
             BadOutput: The path cannot be written.
@@ -76,5 +80,5 @@ class CoarseWearable:
 
     @classmethod
     def of(cls, kind: NetworkReader, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
-        """Make one from what a model file of a kind holds; raises BadModel as `Weights.of`."""
+        """Reads the model from the contents of a model file; raises BadModel where `Weights.of` does."""
         return cls(Weights.of(kind, arrays, metadata))

@@ -1,4 +1,4 @@
-"""Means over the cells of a garment, and back, compiled."""
+"""Compiled exchange of features between the vertices and the cells of a garment."""
 
 import numpy as np
 
@@ -7,6 +7,7 @@ from hemline.compiled import kernel, prange
 
 @kernel
 def average_cells(values, cell, means_out):
+    # averages the features of the vertices of each cell
     # in: values (verts, width), cell (verts,)   out: means (cells, width)
     count = np.zeros(len(means_out), np.float32)
     means_out[...] = 0
@@ -22,6 +23,7 @@ def average_cells(values, cell, means_out):
 
 @kernel(parallel=True)
 def gather_from_cells(cells, near, shares, bias, values_out):
+    # adds the weighted features of the cells that reach each vertex to a bias
     # in: cells (cells, width); near, shares (verts, near); bias (width,)
     # out: values (verts, width)
     for v in prange(len(values_out)):

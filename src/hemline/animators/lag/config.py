@@ -11,10 +11,10 @@ Precision = Literal["float32", "bfloat16"]
 
 @dataclass(frozen=True)
 class LagConfig(CoarseConfig):
-    """Options.
+    """Options of the fit of `lag`.
 
     Raises:
-        BadInput: A value that makes no sense, such as a width of 0.
+        BadInput: An option is out of its range, such as a width of 0.
     """
 
     SIZES: ClassVar[tuple[str, ...]] = (*CoarseConfig.SIZES, "width")

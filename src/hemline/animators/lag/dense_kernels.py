@@ -1,4 +1,4 @@
-"""A layer of a network on many rows, compiled: blocks of rows side by side, products without BLAS and its threads."""
+"""A compiled network layer on many rows, in parallel blocks of rows; products do without BLAS and its threads."""
 
 import numpy as np
 
@@ -6,13 +6,13 @@ from hemline.compiled import kernel, prange
 from hemline.learning.product_kernels import add_product
 
 ROW_BLOCK = 48
-"""Rows that a thread takes at a time."""
+"""Number of rows that a thread takes at a time."""
 
 
 @kernel(parallel=True)
 def dense(inputs, weights, start, rectified, out):
-    # in: inputs (rows, n), weights (n, m), start (rows, m) or (1, m): what the product is added to
-    # out: (rows, m), rectified or not
+    # adds a matrix product to `start`, and rectifies the sum if `rectified`
+    # in: inputs (rows, n), weights (n, m), start (rows, m) or (1, m)   out: (rows, m)
     rows = len(inputs)
     for block in prange((rows + ROW_BLOCK - 1) // ROW_BLOCK):
         first = block * ROW_BLOCK

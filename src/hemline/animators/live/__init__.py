@@ -1,4 +1,4 @@
-"""Any garment at once: a coarse copy of it simulated in real time, the fine mesh carried along."""
+"""Plays any garment without a fit: a proxy of it is simulated in real time and carries the garment along."""
 
 from .config import LiveConfig as LiveConfig
 from .kind import KIND as KIND

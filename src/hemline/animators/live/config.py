@@ -1,4 +1,4 @@
-"""Options of a garment that is simulated in real time."""
+"""Options of `live`, which simulates a garment in real time."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -15,10 +15,10 @@ Quality = Literal["budget", "fast", "good", "fine"]
 class LiveConfig:
     """Options of `live`.
 
-    Nothing depends on a clock: what a budget buys is read from a table of costs. So the same input gives the same bits.
+    The quality for a budget is read from a table of costs, not measured, so that the same input gives the same bits.
 
     Raises:
-        BadInput: A value that makes no sense, such as an edge of length 0.
+        BadInput: An option is out of its range, such as an edge of length 0.
     """
 
     edge: float = positive(0.035)
@@ -43,21 +43,21 @@ class LiveConfig:
 
     @property
     def size(self) -> ProxySize:
-        """Of the garment that is simulated."""
+        """Limits of the size of the simulated mesh."""
         return ProxySize(self.edge, self.fewest, self.most)
 
     def level(self, vertices: int) -> QualityLevel:
-        """What a frame of a garment of so many vertices is simulated with."""
+        """Returns the quality level for a garment with this number of vertices."""
         if self.quality != "budget":
             return QUALITY_LEVELS[self.quality]
-        bought = (each for each in QUALITY_LEVELS.values() if self.cost_ms(each, vertices) <= self.budget_ms)
-        return next(bought, QUALITY_LEVELS["fast"])
+        within = (level for level in QUALITY_LEVELS.values() if self.cost_ms(level, vertices) <= self.budget_ms)
+        return next(within, QUALITY_LEVELS["fast"])
 
     @staticmethod
     def cost_ms(level: QualityLevel, vertices: int) -> float:
-        """What the table says that a frame costs [ms]."""
+        """Returns the cost of a frame according to the table [ms]."""
         return level.frame_ms + 1e-3 * level.vertex_us * vertices
 
     def settings(self, vertices: int) -> SimSettings:
-        """Those of the simulator, for a garment of so many vertices."""
+        """Returns the simulator settings for a garment with this number of vertices."""
         return self.level(vertices).settings(self_contact=self.self_contact, wind=self.wind, gusts=self.gusts)

@@ -1,100 +1,98 @@
-"""One garment that is simulated in real time, on bodies of any shape."""
+"""A garment that is simulated in real time, on bodies of any shape."""
 
-import threading
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from functools import cached_property
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from hemline.animators.teleport import RigidTransform
-from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
+from hemline.animators.proxy_animator import DressedProxy, ProxyAnimator, read_proxy, settle_proxy
+from hemline.animators.rigid_transform import RigidTransform
 from hemline.animators.simulated_proxy import ProxyState, SimulatedProxy
-from hemline.arrays import Float, Int, Vertices
+from hemline.arrays import Vertices
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.compiled import real_time_threads
 from hemline.errors import BadModel
-from hemline.files.contents import AGAIN, array_of, entry, refused
+from hemline.files.contents import AGAIN, entry
 from hemline.garments import Garment
 from hemline.garments.proxy.embedding import Embedding
-from hemline.garments.proxy.proxy import proxy_of
+from hemline.garments.proxy.proxy import ProxySize
 from hemline.options import options_of
 
 from .config import LiveConfig
 
 LIVE_VERSION = 1
-"""Of what a model file holds under `live`."""
+"""Version of what model files hold under `live`."""
+
+
+class LiveOnBody(NamedTuple):
+    """What a step needs on one shape of the body."""
+
+    simulator: SimulatedProxy
+    embedding: Embedding
+    """The garment on its proxy."""
 
 
 @dataclass(frozen=True, eq=False)
-class AnimatorLive:
-    """A garment whose coarse copy is simulated while it is shown, and which rides on that copy.
+class AnimatorLive(ProxyAnimator[LiveOnBody]):
+    """A garment whose proxy is simulated while it is shown.
 
     Attributes:
         garment: The garment.
-        rest: The coarse garment settled on the body that the garment is made on [m].
+        rest: The proxy settled on the body that the garment was made for (coarse, 3) [m], float32.
         body_name: Name of that body.
-        body_hash: Its hash.
-        config: Options.
+        body_hash: Hash of that body.
+        config: Options of the simulation.
     """
 
-    garment: Garment
-    rest: Float[np.ndarray, "coarse 3"]
-    body_name: str
-    body_hash: str
     config: LiveConfig
 
-    _worn: dict[bytes, tuple[SimulatedProxy, Embedding]] = field(default_factory=dict, init=False, repr=False)
-    """On each shape of the body, made when it is first asked for."""
-    _making: Any = field(default_factory=threading.Lock, init=False, repr=False)
-
     @classmethod
-    @real_time_threads()
     def on(cls, garment: Garment, body: ShapedBody, config: LiveConfig) -> Self:
-        """Make a garment ready on a body: a few seconds, in which it settles.
+        """Dresses a body in a garment and settles its proxy, which takes a few seconds.
 
         Raises:
-            BadGarment: It was made on another body.
-            SimulationFailed: It could not be settled.
+            BadGarment: The garment was made for another body.
+            SimulationFailed: The proxy could not be settled.
         """
-        worn = garment.dressed(body)
-        coarse, _ = proxy_of(worn, config.size)
-        settled = SimulatedProxy(coarse, body, config.settings(len(coarse.vertices))).rest
-        return cls(worn, settled.astype(np.float32), body.body.name, body.body.hash, config)
+        return cls(*settle_proxy(garment, body, config.size, self_contact=config.self_contact), config)
 
     @property
     def name(self) -> str:
-        """Name of its kind."""
+        """Name of the kind of animator."""
         return "live"
 
     @property
+    def size(self) -> ProxySize:
+        """Size of the proxy."""
+        return self.config.size
+
+    @property
     def figures(self) -> Mapping[str, float]:
-        """Vertices of the coarse garment, and what its frames are simulated with."""
+        """Number of simulated vertices, and of substeps in a frame of 1/30 s."""
         level = self.config.level(len(self.rest))
         return {"simulated_vertices": float(len(self.rest)), "substeps": float(level.substeps)}
 
-    @cached_property
-    def coarse(self) -> tuple[Garment, Int[np.ndarray, " coarse"]]:
-        """The coarse garment, and which vertex of the garment each of its vertices is."""
-        return proxy_of(self.garment, self.config.size)
+    def in_wind(self, wind: tuple[float, float, float]) -> Self:
+        """Returns the animator in a wind of the world [m/s]. It can step the States of this one."""
+        return replace(self, config=replace(self.config, wind=wind))
 
     @real_time_threads()
     def start(self, posed: PosedBody) -> ProxyState:
-        """At rest on a body of any shape in its first pose; on a new shape the garment settles first.
+        """Returns the State at rest on a body of any shape in its first pose. On a new shape the garment settles first.
 
         Raises:
             BadInput: The body is another one than that of the garment.
-            SimulationFailed: The garment could not be settled on that shape.
+            SimulationFailed: The proxy could not be settled on that shape.
         """
         shaped = posed.shaped
         refuse_other_body(self, shaped)
-        return self._on(shaped)[0].start(posed)
+        return self._on(shaped).simulator.start(posed)
 
     def step(self, state: ProxyState, posed: PosedBody, dt: float) -> tuple[ProxyState, Vertices]:
-        """Advance to a pose.
+        """Advances to a pose.
 
         Args:
             state: The State before; it is not changed.
@@ -109,71 +107,50 @@ class AnimatorLive:
 
     @real_time_threads()
     def simulate(self, state: ProxyState, posed: PosedBody, dt: float) -> ProxyState:
-        """The coarse half of `step`: the State after."""
-        return self._on(posed.shaped)[0].step(state, posed, dt)
+        """Advances the proxy alone, the first half of `step`; returns the State after."""
+        return self._on(posed.shaped).simulator.step(state, posed, dt)
 
-    def relocate(self, state: ProxyState, shaped: ShapedBody, way: RigidTransform) -> ProxyState:
-        """The State turned about the vertical and shifted as a whole, its past too.
+    def relocate(self, state: ProxyState, shaped: ShapedBody, transform: RigidTransform) -> ProxyState:
+        """Returns the State with everything in it, its past too, turned about the vertical and shifted.
 
         Args:
-            state: It is not changed.
+            state: The State before; it is not changed.
             shaped: The body that wears the garment.
-            way: From where it was to where it is.
+            transform: From where the body was to where it is.
         """
-        return state.relocate(way)
+        return state.relocate(transform)
 
     @real_time_threads()
     def carry_mesh(self, state: ProxyState, shaped: ShapedBody) -> Vertices:
-        """The fine half: the vertices of a State on that shape of the body (verts, 3) [m]."""
-        here = self._on(shaped)[1].carry_mesh(state.cloth.positions)
+        """Carries the garment along with the proxy, the second half of `step`; returns its vertices (verts, 3) [m]."""
+        here = self._on(shaped).embedding.fine_vertices(state.cloth.positions)
         return state.to_world.points(here.astype(np.float64)).astype(np.float32)
 
-    def _on(self, shaped: ShapedBody) -> tuple[SimulatedProxy, Embedding]:
-        key = np.asarray(shaped.betas, np.float32).tobytes()
-        with self._making:
-            if key not in self._worn:
-                self._worn[key] = self._made(shaped)
-        return self._worn[key]
-
-    def _made(self, shaped: ShapedBody) -> tuple[SimulatedProxy, Embedding]:
-        (coarse, kept), own = self.coarse, self.garment.is_on(shaped)
-        fine, coarse = self.garment.dressed(shaped), coarse.dressed(shaped)
-        settings = self.config.settings(len(kept))
-        worn = SimulatedProxy(coarse, shaped, settings, self.rest.astype(np.float64) if own else None)
-        return worn, Embedding.of(fine, coarse, kept)
+    def _prepare(self, dressed: DressedProxy, shaped: ShapedBody) -> LiveOnBody:
+        settings = self.config.settings(len(dressed.vertex_ids))
+        rest = None if dressed.rest is None else dressed.rest.astype(np.float64)
+        simulator = SimulatedProxy(dressed.coarse, shaped, settings, rest)
+        return LiveOnBody(simulator, Embedding.of(dressed.fine, dressed.coarse, dressed.vertex_ids))
 
     def save(self, path: str | Path) -> None:
-        """Write a model file, whole or not at all: the garment, the coarse one settled, the options.
+        """Writes a model file, whole or not at all: the garment, its settled proxy and the options.
 
         Raises:
             BadOutput: The path cannot be written.
         """
-        save_model(
-            path,
-            self.name,
-            {"rest": self.rest},
-            garment=self.garment,
-            body={"name": self.body_name, "hash": self.body_hash},
-            config=asdict(self.config),
-            figures=self.figures,
-            licences=[],
-            extra={"live": {"version": LIVE_VERSION}},
-        )
+        extra = {"live": {"version": LIVE_VERSION}}
+        self._save(path, {}, config=asdict(self.config), figures=self.figures, licences=[], extra=extra)
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
-        """Make one from what a model file holds.
+        """Reads the animator from the contents of a model file.
 
         Raises:
-            BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
-                or shape than the garment asks.
+            BadModel: The file is of another version, a key is missing or of another type, or an array does not have the
+                dtype or the shape that the garment needs.
         """
         version = entry(metadata, "live", dict).get("version")
         if version != LIVE_VERSION:
             raise BadModel(f"this hemline reads version {LIVE_VERSION} of live garments", f"version {version}", AGAIN)
-        garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
         config = options_of(LiveConfig, entry(metadata, "config", dict), error=BadModel)
-        with refused("the model's garment"):
-            count = len(proxy_of(garment, config.size)[1])
-        rest = array_of(arrays, "rest", "float32", (count, 3))
-        return cls(garment, rest, entry(body, "name", str), entry(body, "hash", str), config)
+        return cls(*read_proxy(arrays, metadata, config.size), config)

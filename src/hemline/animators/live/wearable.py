@@ -5,6 +5,8 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+
 from hemline.animators.model_file import save_model
 from hemline.bodies import ShapedBody
 from hemline.errors import BadModel
@@ -18,56 +20,56 @@ from .model import AnimatorLive
 
 @dataclass(frozen=True)
 class Live:
-    """Simulates whatever it is given to wear; nothing is fitted.
+    """Simulates whatever garment it is given; nothing is fitted.
 
     Example:
         >>> import hemline
         >>> body = hemline.bodies.load("anny24").shaped()
-        >>> skirt = hemline.load("live").worn_by(hemline.garments.load("skirt-light"), body)
+        >>> skirt = hemline.load("live").animator_for(hemline.garments.load("skirt-light"), body)
         >>> skirt.name
         'live'
     """
 
     config: LiveConfig = field(default_factory=LiveConfig)
+    """Options of the simulation."""
     material: Material | None = None
-    """What garments are made of; None: of what they say. It is not kept in files."""
+    """Material of all garments; None keeps that of each garment. Model files do not hold it."""
 
     @property
     def name(self) -> str:
-        """Name of its kind."""
+        """Name of the kind of animator."""
         return "live"
 
     @property
     def figures(self) -> Mapping[str, float]:
-        """None: nothing was fitted."""
+        """No figures, since nothing was fitted."""
         return {}
 
     def animator_for(self, garment: Garment, body: ShapedBody) -> AnimatorLive:
-        """The animator of one garment on one body: a few seconds, in which the garment settles.
+        """Returns the animator of one garment on one body. The garment settles first, which takes a few seconds.
 
         Raises:
-            BadGarment: The garment was made on another body.
-            BadGarment: A material was chosen, and the garment has several pieces.
+            BadGarment: The garment was made for another body, or a material was chosen and it has several pieces.
             SimulationFailed: The garment could not be settled.
         """
-        worn = garment if self.material is None else garment.in_material(self.material)
-        return AnimatorLive.on(worn, body, self.config)
+        chosen = garment if self.material is None else garment.in_material(self.material)
+        return AnimatorLive.on(chosen, body, self.config)
 
     @property
     def known_materials(self) -> tuple[str, ...]:
-        """All: it simulates."""
+        """Names of all materials, since any can be simulated."""
         return tuple(MATERIALS)
 
     def in_material(self, material: Material | str) -> Self:
-        """The same for garments made of a material, or of the name of one.
+        """Returns the model for garments made of a material, given as such or by name.
 
         Raises:
-            BadGarment: No such material.
+            BadGarment: There is no such material.
         """
         return replace(self, material=Material.of(material))
 
     def save(self, path: str | Path) -> None:
-        """Write a model file of options, whole or not at all.
+        """Writes a model file of the options, whole or not at all.
 
         Raises:
             BadOutput: The path cannot be written.
@@ -86,9 +88,18 @@ class Live:
 
     @classmethod
     def of(cls, metadata: Mapping[str, Any]) -> Self:
-        """Make one from what a model file holds.
+        """Reads the options from the metadata of a model file.
 
         Raises:
-            BadModel: Options are missing, unknown, or make no sense.
+            BadModel: Options are missing, unknown or impossible.
         """
         return cls(options_of(LiveConfig, entry(metadata, "config", dict), error=BadModel))
+
+
+def read_live(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> AnimatorLive | Live:
+    """Reads an `AnimatorLive` from a model file that names a garment, and `Live` from any other.
+
+    Raises:
+        BadModel: `AnimatorLive.of` or `Live.of` refuses the file.
+    """
+    return AnimatorLive.of(arrays, metadata) if "garment" in metadata else Live.of(metadata)

@@ -1,4 +1,4 @@
-"""Options of a fit."""
+"""Options of the fit of `ropes`."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -8,18 +8,18 @@ from hemline.options import check_options, not_negative, positive
 
 @dataclass(frozen=True)
 class RopesConfig:
-    """How rope chains and their networks are fitted.
+    """Options of the fit of `ropes`.
 
     Raises:
-        BadInput: An option of another type, not finite, or out of its range.
+        BadInput: An option has another type, is not finite, or is out of its range.
     """
 
     layout: Literal["auto", "geodesic", "ssdr"] = "auto"
-    """Placement of the bones: along the chains that the garment names, otherwise like geodesic (auto); at equal
-    distances along geodesic lines (geodesic); or by a skinning decomposition of the takes (ssdr)."""
+    """Placement of the bones: along geodesic lines, by a skinning decomposition of the takes (ssdr), or auto.
+    The latter follows the chains that the garment names, and geodesic lines if it names none."""
     chains: int = positive(26)
-    """Number of rope chains on a garment that names none. The paper's cape has ten chains of 13 to 15 bones; many short
-    chains describe more of the cloth between them."""
+    """Number of rope chains on a garment that names none.
+    The paper's cape has ten chains of 13 to 15 bones; many short chains describe more of the cloth between them."""
     chain_bones: int = positive(9)
     """Number of bones of a chain of average length, root included. The shortest chain has one fewer."""
     calibrate: bool = True
@@ -45,8 +45,7 @@ class RopesConfig:
     data_weight: float = not_negative(0.1)
     """Loss weight of the mean squared distance to the ground truth."""
     collision_weight: float = not_negative(0.1)
-    """Loss weight of the collision term, the mean squared distance that vertices lack to the clearance of
-    --expansion."""
+    """Loss weight of the collision term, the mean squared distance that vertices lack to --expansion."""
     expansion: float = not_negative(0.005)
     """Clearance from the body in the collision term [m]."""
     collision_vertices: int = positive(256)
@@ -56,8 +55,7 @@ class RopesConfig:
     mirror: bool = True
     """Train on mirror images too, with left and right exchanged, if garment and body are symmetric."""
     correction_hidden: int = positive(128)
-    """Number of neurons in each of the two hidden layers of the bone correction, the network between ropes and
-    cloth."""
+    """Number of neurons in each of the two hidden layers of the bone correction network."""
     correction_epochs: int = positive(60)
     """Number of passes over the training set for the bone correction."""
     correction_rate: float = not_negative(5e-4)
@@ -67,8 +65,8 @@ class RopesConfig:
     prior_weight: float = not_negative(0.1)
     """Loss weight, for the bone correction, of the mean squared distance to the cloth of uncorrected rope bones."""
     bones: Literal["auto", "ropes", "learned"] = "auto"
-    """Source of the bone motion: ropes, learned bones with ropes as a fallback (learned), or the better one on
-    validation data (auto)."""
+    """Source of the bone motion: ropes, learned bones, or the better one on validation data (auto).
+    Learned bones keep the ropes as a fallback."""
     bone_components: int = positive(64)
     """Number of principal components of the learned bones."""
     bones_hidden: int = positive(256)
@@ -78,15 +76,14 @@ class RopesConfig:
     bones_batch: int = positive(256)
     """Number of rollouts per optimiser step for learned bones."""
     bones_rate: float = not_negative(1e-3)
-    """Initial learning rate of the first training stage of learned bones. Each later stage starts at half the rate of
-    the one before."""
+    """Initial learning rate of the first training stage of learned bones.
+    Each later stage starts at half the rate of the one before."""
     rollout_frames: int = positive(40)
     """Number of frames of a rollout in the last training stage of learned bones."""
     rollout_noise: float = not_negative(0.015)
     """Standard deviation of the noise on each bone coefficient at the start of a rollout [m]."""
     body_noise: float = not_negative(0.3)
-    """Standard deviation of the noise on the body inputs of learned bones, as a fraction of each input's standard
-    deviation."""
+    """Standard deviation of the noise on body inputs of learned bones, as a fraction of that of the input."""
     swing_weight: float = not_negative(10.0)
     """Loss weight of the mean squared error of bone displacements per frame, beside that of bone positions."""
     bone_clearance: float = not_negative(0.01)

@@ -1,4 +1,4 @@
-"""Rope chains that carry a coarser garment: fewer vertices, and what of the rest costs much and shows little."""
+"""Rope chains that carry a coarser garment: fewer vertices, and fewer of the costly parts that show little."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -9,7 +9,7 @@ import numpy as np
 from hemline.animators.base import Animator
 from hemline.animators.level import LevelOf
 from hemline.animators.ropes.bones.bone_source import BoneSource
-from hemline.animators.ropes.bones.bones import seen_bones
+from hemline.animators.ropes.bones.bones import bones_of_mesh
 from hemline.animators.ropes.bones.learned_bones import BonesStep, LearnedBones
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies.body import PosedBody
@@ -20,65 +20,67 @@ from hemline.motions.motion import JOINT_NAMES
 
 from .animator_state import AnimatorRopesState
 
-SIMPLE = 0.25
+SIMPLE_DETAIL = 0.25
 """Up to this detail learned bones play without ropes in reserve, and the second network, which adds finer shapes, is
-left out."""
+omitted."""
 
 
 class LearnedBonesAlone(LearnedBones):
-    """Learned bones that do not say where they are out of range: ropes take over for unknown forces only."""
+    """Learned bones that never report being out of range, so that ropes take over for unknown forces only."""
 
     def step(self, *arguments: Any) -> BonesStep:
-        """As `LearnedBones.step`."""
+        """Advances like `LearnedBones.step`, with `beyond` 0."""
         return replace(super().step(*arguments), beyond=0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class AnimatorRopesLevel(LevelOf):
-    """An `AnimatorRopes` at a lower level of detail. Its States are those of the full one, so they can be exchanged."""
+    """An `AnimatorRopes` at a lower level of detail. It has the States of the full one, so they can be exchanged."""
 
     full: Animator
     garment: Garment
-    kept: Int[np.ndarray, " kept"]
-    """Which vertex of the full garment each of this one's is."""
+    vertex_ids: Int[np.ndarray, " kept"]
+    """Index of each vertex in the full garment."""
     source: BoneSource
     networks: tuple[Mlp, ...]
     basis: PackedBasis
-    """Of the vertices that are left; the coefficients of all networks, one after the other."""
+    """Basis of the remaining vertices; its coefficients are those of all networks, one after the other."""
 
     @classmethod
     def of(cls, full: Animator, detail: float, source: BoneSource, parts: Sequence[tuple[Mlp, PackedBasis]]) -> Self:
-        """A level of an animator.
+        """Returns a level of an animator.
 
         Args:
             full: The animator.
-            detail: Share of its vertices.
+            detail: Fraction of its vertices.
             source: Its bones.
-            parts: Its networks, each with the basis of its coefficients, the one that matters most first.
+            parts: Its networks, each with the basis of its coefficients, the most important one first.
 
         Raises:
             BadInput: As `coarser_garment`.
         """
-        garment, kept = coarser_garment(full.garment, detail)
-        if source.learned is not None and detail <= SIMPLE:
+        garment, vertex_ids = coarser_garment(full.garment, detail)
+        if source.learned is not None and detail <= SIMPLE_DETAIL:
             learned = {field.name: getattr(source.learned, field.name) for field in fields(source.learned)}
             source = replace(source, learned=LearnedBonesAlone(**learned))
-        (first, basis), *others = parts[:1] if detail <= SIMPLE else parts
+        (first, basis), *others = parts[:1] if detail <= SIMPLE_DETAIL else parts
         for _, other in others:
-            basis = basis.joined(other)
-        return cls(full, garment, kept, source, (first, *(each for each, _ in others)), basis.at_vertices(kept))
+            basis = basis.concatenate(other)
+        return cls(
+            full, garment, vertex_ids, source, (first, *(each for each, _ in others)), basis.at_vertices(vertex_ids)
+        )
 
     @property
     def bones(self) -> str:
-        """What moves the bones: `ropes`, or `learned`."""
+        """Source of the bones: `ropes`, or `learned`."""
         return "ropes" if self.source.learned is None else "learned"
 
     def start(self, posed: PosedBody) -> AnimatorRopesState:
-        """As of the full animator."""
+        """Returns the State at rest, that of the full animator."""
         return self.full.start(posed)
 
     def step(self, state: AnimatorRopesState, posed: PosedBody, dt: float) -> tuple[AnimatorRopesState, Vertices]:
-        """Advance to a pose.
+        """Advances to a pose.
 
         Args:
             state: The State before, of any level of this animator; it is not changed.
@@ -86,7 +88,7 @@ class AnimatorRopesLevel(LevelOf):
             dt: Time since the State: from 1 us to 10 s [s].
 
         Returns:
-            The State after, and the vertices that are left, in the world (verts, 3) [m].
+            The State after, and the remaining vertices in the world (verts, 3) [m].
         """
         bones, moved = self.source.step(state.bones, posed, dt, state.rest_bones)
         return replace(state, bones=bones), self._vertices(state, posed, moved)
@@ -94,9 +96,9 @@ class AnimatorRopesLevel(LevelOf):
     def follow(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, truth: Vertices
     ) -> tuple[AnimatorRopesState, Vertices]:
-        """As `step`, driven by the bones of simulated vertices of the full garment."""
-        bones = seen_bones(self.source.ropes, truth, posed)
-        return state, self._vertices(state, posed, state.displaced(bones, posed.transforms[self._key]))
+        """Advances like `step`, driven by the bones of simulated vertices of the full garment."""
+        bones = bones_of_mesh(self.source.ropes, truth, posed)
+        return state, self._vertices(state, posed, state.displacements(bones, posed.transforms[self._key]))
 
     @property
     def _key(self) -> int:
@@ -104,4 +106,4 @@ class AnimatorRopesLevel(LevelOf):
 
     def _vertices(self, state: AnimatorRopesState, posed: PosedBody, moved: Float[np.ndarray, " ins"]) -> Vertices:
         coefficients = np.concatenate([network(moved) for network in self.networks])
-        return self.basis.vertices(coefficients, state.rest[self.kept], posed.transforms[self._key])
+        return self.basis.vertices(coefficients, state.rest[self.vertex_ids], posed.transforms[self._key])

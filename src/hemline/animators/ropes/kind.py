@@ -1,52 +1,40 @@
-"""What the registry knows of rope chains: their options, their fit, their model files."""
+"""The registry entry of `ropes`."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from hemline.animators.base import Progress
+from hemline.animators.lazy_kind import LazyKind
 from hemline.errors import BadDataset
 
 from .config import RopesConfig
-from .model import AnimatorRopes
 
 if TYPE_CHECKING:
     from hemline.datasets import Collection, Dataset
 
-
-class RopesKind:
-    """Rope chains, as `animators.base.AnimatorKind` asks."""
-
-    name = "ropes"
-    Config = RopesConfig
-
-    def fit(
-        self,
-        data: "Dataset | Collection",
-        config: RopesConfig | None = None,
-        *,
-        seed: int = 0,
-        progress: Progress | None = None,
-        checkpoints: Path | None = None,
-    ) -> AnimatorRopes:
-        """Learn from simulated takes; see `fit.fit`, which is imported now: playing does not need it.
-
-        Raises:
-            BadDataset: Takes of several garments; or as `fit.fit`.
-        """
-        from hemline.animators.ropes.fit.fit import fit
-        from hemline.datasets import Collection
-
-        if isinstance(data, Collection):
-            names = ", ".join(garment.name for garment in data.garments)
-            raise BadDataset("rope chains are fitted to one garment", names, "name one dataset")
-        return fit(data, config, seed=seed, progress=progress, checkpoints=checkpoints)
-
-    def of(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> AnimatorRopes:
-        """Make one from what a model file holds; see `AnimatorRopes.of`."""
-        return AnimatorRopes.of(arrays, metadata)
+    from .model import AnimatorRopes
 
 
-KIND = RopesKind()
+def fit_dataset(
+    data: "Dataset | Collection",
+    config: RopesConfig | None = None,
+    *,
+    seed: int = 0,
+    progress: Progress | None = None,
+    checkpoints: Path | None = None,
+) -> "AnimatorRopes":
+    """Fits rope chains to simulated takes of one garment; see `fit.fit`.
+
+    Raises:
+        BadDataset: The takes are of several garments, or `fit.fit` refuses them.
+    """
+    from hemline.animators.ropes.fit.fit import fit
+    from hemline.datasets import Collection
+
+    if isinstance(data, Collection):
+        names = ", ".join(garment.name for garment in data.garments)
+        raise BadDataset("rope chains are fitted to one garment", names, "name one dataset")
+    return fit(data, config, seed=seed, progress=progress, checkpoints=checkpoints)
+
+
+KIND = LazyKind("ropes", RopesConfig, fit=fit_dataset, of="hemline.animators.ropes.model:AnimatorRopes.of")

@@ -8,18 +8,18 @@ from typing import Any, Self
 
 import numpy as np
 
-from hemline.animators.teleport import RigidTransform
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
+from hemline.animators.rigid_transform import RigidTransform
 from hemline.animators.ropes.bones.bone_source import BoneSource
-from hemline.animators.ropes.bones.bones import rest_bones, seen_bones
+from hemline.animators.ropes.bones.bones import bones_of_mesh, rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
-from hemline.animators.ropes.bones.checked import checked_ropes
 from hemline.animators.ropes.bones.learned_bones import LearnedBones
+from hemline.animators.ropes.bones.reading import read_ropes
 from hemline.arrays import Nodes, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.errors import BadModel
-from hemline.files.contents import AGAIN, array_of, entry, part, refused
+from hemline.files.contents import AGAIN, array_of, damage_as_bad_model, entry, part
 from hemline.garments.garment import Garment
 from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import PackedBasis
@@ -31,7 +31,7 @@ from .config import RopesConfig
 from .detail import AnimatorRopesLevel
 
 VERSION = 3
-"""Version of what model files hold of rope chains, `ropes.version`; 1 had no such key."""
+"""Version of rope chains in model files, key `ropes.version`; version 1 had no such key."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +45,7 @@ class AnimatorRopes:
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Sections 7 and 8. Differs: on other body shapes than the fitted one the rest drape is moved as
-        the undraped garment would be (`Garment.dressed`), and displacements are kept as they are; the paper has one
-        shape.
+        the undraped garment would be (`Garment.dressed`), and displacements stay the same; the paper has one shape.
     """
 
     garment: Garment
@@ -58,12 +57,12 @@ class AnimatorRopes:
     skinning: Mlp
     shape: Mlp
     correction: Mlp
-    """From the ropes' bones to a change of them, see `correction.train_correction`; other bones need none."""
+    """Correction of the ropes' bones, see `correction.train_correction`; other bones need none."""
     body_name: str
     body_hash: str
     config: RopesConfig
     learned: LearnedBones | None = None
-    """A second source of bones, which plays wherever it can."""
+    """A second source of bones, which plays wherever it is within the range of its training."""
     figures: Mapping[str, float] = field(default_factory=dict)
     licences: tuple[str, ...] = ()
 
@@ -71,13 +70,13 @@ class AnimatorRopes:
 
     @property
     def name(self) -> str:
-        """Name of its kind."""
+        """Name of the kind of animator."""
         return "ropes"
 
     @cached_property
     def basis(self) -> PackedBasis:
-        """Both bases side by side, as they are played."""
-        return self.skinning_basis.joined(self.shape_basis)
+        """Both bases side by side, as they are used in playing."""
+        return self.skinning_basis.concatenate(self.shape_basis)
 
     @cached_property
     def key(self) -> int:
@@ -86,19 +85,19 @@ class AnimatorRopes:
 
     @property
     def bones(self) -> str:
-        """What moves the bones: `ropes`, or `learned` with ropes in reserve."""
+        """Source of the bones: `ropes`, or `learned` with ropes in reserve."""
         return "ropes" if self.learned is None else "learned"
 
     @cached_property
     def source(self) -> BoneSource:
-        """Where the bones come from."""
+        """Source of the bones' displacements."""
         return BoneSource(self.ropes, self.correction, self.learned)
 
     def start(self, posed: PosedBody) -> AnimatorRopesState:
-        """At rest on a body, of any shape, in its first pose.
+        """Returns the State at rest on a body, of any shape, in its first pose.
 
         Raises:
-            BadInput: The body is another one than that of the fit.
+            BadInput: The body is not the one of the fit.
         """
         rest, bones = self._rest_on(posed)
         return AnimatorRopesState(self.source.start(posed), rest, bones)
@@ -106,13 +105,13 @@ class AnimatorRopes:
     def step(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, *, bones: Nodes | None = None
     ) -> tuple[AnimatorRopesState, Vertices]:
-        """Advance to a pose.
+        """Advances to a pose.
 
         Args:
             state: The State before; it is not changed.
             posed: The body now.
             dt: Time since the State: from 1 us to 10 s [s].
-            bones: World positions of all bones [m]; given, the networks are driven by them and the source rests.
+            bones: World positions of all bones, which then drive the networks while the source rests [m].
 
         Returns:
             The State after, and the vertices in the world (verts, 3) [m].
@@ -121,29 +120,34 @@ class AnimatorRopes:
             moving, moved = self.source.step(state.bones, posed, dt, state.rest_bones)
             after = replace(state, bones=moving)
         else:
-            moved = state.displaced(bones, posed.transforms[self.key])
+            moved = state.displacements(bones, posed.transforms[self.key])
             after = state
         coefficients = np.concatenate([self.skinning(moved), self.shape(moved)])
         return after, self.basis.vertices(coefficients, state.rest, posed.transforms[self.key])
 
-    def relocate(self, state: AnimatorRopesState, shaped: ShapedBody, way: RigidTransform) -> AnimatorRopesState:
-        """The State turned about the vertical and shifted as a whole, its past too.
+    def in_wind(self, wind: tuple[float, float, float]) -> Self:
+        """Returns the animator in a wind of the world [m/s]. It can step the States of this one."""
+        constants = replace(self.ropes.constants, wind=wind)
+        return replace(self, ropes=self.ropes.with_constants(constants))
+
+    def relocate(self, state: AnimatorRopesState, shaped: ShapedBody, transform: RigidTransform) -> AnimatorRopesState:
+        """Returns the State rotated about the vertical and translated as a whole, history included.
 
         Args:
             state: It is not changed.
             shaped: The body that wears the garment.
-            way: From where it was to where it is.
+            transform: From where it was to where it is.
         """
-        return replace(state, bones=state.bones.relocate(way))
+        return replace(state, bones=state.bones.relocate(transform))
 
     def follow(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, truth: Vertices
     ) -> tuple[AnimatorRopesState, Vertices]:
-        """As `step`, driven by the bones of simulated vertices."""
-        return self.step(state, posed, dt, bones=seen_bones(self.ropes, truth, posed))
+        """Advances like `step`, driven by the bones of simulated vertices."""
+        return self.step(state, posed, dt, bones=bones_of_mesh(self.ropes, truth, posed))
 
     def at_detail(self, detail: float) -> "AnimatorRopes | AnimatorRopesLevel":
-        """This animator with a share of its vertices; itself for 1.
+        """Returns this animator with a fraction of its vertices; itself for 1.
 
         Raises:
             BadInput: As `coarser_garment`.
@@ -156,7 +160,7 @@ class AnimatorRopes:
         return self._levels[detail]
 
     def save(self, path: str | Path) -> None:
-        """Write a model file, whole or not at all.
+        """Writes a model file, completely or not at all.
 
         Raises:
             BadOutput: The path cannot be written.
@@ -171,7 +175,7 @@ class AnimatorRopes:
         }
         if self.learned is not None:
             parts["learned"] = self.learned.arrays()
-        arrays = {f"{name}.{key}": array for name, held in parts.items() for key, array in held.items()}
+        arrays = {f"{name}.{key}": array for name, named in parts.items() for key, array in named.items()}
         save_model(
             path,
             self.name,
@@ -185,23 +189,23 @@ class AnimatorRopes:
         )
 
     def _bones_metadata(self) -> dict[str, Any]:
-        held = {} if self.learned is None else {"learned": self.learned.metadata()}
-        return {"version": VERSION, "bones": self.bones} | held
+        learned = {} if self.learned is None else {"learned": self.learned.metadata()}
+        return {"version": VERSION, "bones": self.bones} | learned
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
-        """Make one from what a model file holds.
+        """Makes an animator from the contents of a model file.
 
         Raises:
-            BadModel: The file is of another version, a key is missing or of another type, or an array of another dtype
-                or shape than the rest asks for.
+            BadModel: The file has another version, a key is missing or of another type, or an array has a dtype or
+                shape that does not fit the others.
         """
-        held = entry(metadata, "ropes", dict)
-        _check_version(held.get("version", 1))
+        ropes_metadata = entry(metadata, "ropes", dict)
+        _check_version(ropes_metadata.get("version", 1))
         garment = garment_of(arrays, metadata)
-        with refused("the model's ropes"):
-            ropes = checked_ropes(part(arrays, "ropes"), held)
-        if not np.array_equal(_trimmed(ropes.betas), _trimmed(garment.body_betas)):
+        with damage_as_bad_model("the model's ropes"):
+            ropes = read_ropes(part(arrays, "ropes"), ropes_metadata)
+        if not np.array_equal(_trim_zeros(ropes.betas), _trim_zeros(garment.body_betas)):
             raise BadModel("ropes and garment of the model are on different shapes", ropes.betas.tolist(), AGAIN)
         count = len(garment.vertices)
         if ropes.embedding.corners.max(initial=0) >= count:
@@ -212,7 +216,7 @@ class AnimatorRopes:
         skinning = Mlp.of(part(arrays, "skinning"), inputs=inputs, outputs=first.mode_count)
         shape = Mlp.of(part(arrays, "shape"), inputs=inputs, outputs=second.mode_count)
         correction = Mlp.of(part(arrays, "correction"), inputs=inputs, outputs=inputs)
-        learned = _learned_of(arrays, held, ropes)
+        learned = _read_learned(arrays, ropes_metadata, ropes)
         body = entry(metadata, "body", dict)
         figures = entry(metadata, "figures", dict)
         if not all(isinstance(value, int | float) for value in figures.values()):
@@ -256,15 +260,15 @@ def _check_version(found: Any) -> None:
         raise BadModel(f"this hemline reads version {VERSION} of rope chains", f"version {found}", cure)
 
 
-def _learned_of(arrays: Mapping[str, np.ndarray], held: Mapping[str, Any], ropes: Ropes) -> LearnedBones | None:
-    source = entry(held, "bones", str)
+def _read_learned(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any], ropes: Ropes) -> LearnedBones | None:
+    source = entry(metadata, "bones", str)
     if source not in ("ropes", "learned"):
         raise BadModel("bones of the model are 'ropes' or 'learned'", repr(source), AGAIN)
     if source == "ropes":
         return None
     rows = 3 * (ropes.node_count - len(ropes.kinematic))
-    return LearnedBones.of(part(arrays, "learned"), entry(held, "learned", dict), rows=rows)
+    return LearnedBones.of(part(arrays, "learned"), entry(metadata, "learned", dict), rows=rows)
 
 
-def _trimmed(betas: np.ndarray) -> np.ndarray:
+def _trim_zeros(betas: np.ndarray) -> np.ndarray:
     return np.trim_zeros(np.asarray(betas, np.float32).reshape(-1), "b")

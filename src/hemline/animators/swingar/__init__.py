@@ -1,4 +1,4 @@
-"""SwinGar: graph attention over a garment, which moves garments that it was never trained on."""
+"""SwinGar: animates garments that it was never trained on, by graph attention over the garment."""
 
 from .config import SwingarConfig as SwingarConfig
 from .kind import KIND as KIND

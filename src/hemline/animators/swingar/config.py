@@ -11,10 +11,10 @@ Sizes = Literal["lean", "full"]
 
 @dataclass(frozen=True)
 class SwingarConfig(CoarseConfig):
-    """Options.
+    """Options of the fit of `swingar`.
 
     Raises:
-        BadInput: A value that makes no sense, such as no groups.
+        BadInput: An option is out of its range, such as no groups.
     """
 
     SIZES: ClassVar[tuple[str, ...]] = (*CoarseConfig.SIZES, "sizes", "features", "alpha")
@@ -22,8 +22,8 @@ class SwingarConfig(CoarseConfig):
     sizes: Sizes = "lean"
     """Layer sizes of the network: those of the paper (full), or smaller ones (lean)."""
     features: bool = True
-    """Give the network features of lagging vertices and their surroundings, and displace vertices by them. With
-    --no-features it is the network of the paper."""
+    """Give the network features of lagging vertices and their surroundings, and displace vertices by them.
+    With --no-features it is the network of the paper."""
     alpha: float = not_negative(2.0)
     """Scale factor of the attention scores."""
     groups: int = positive(100)

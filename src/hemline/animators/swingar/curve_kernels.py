@@ -1,4 +1,4 @@
-"""Compiled: exponential and hyperbolic tangent of many float32 numbers, without a branch, as vectors."""
+"""Compiled exponential and hyperbolic tangent of float32 numbers, without branches, so that they run as vectors."""
 
 import llvmlite.ir as ir
 import numpy as np
@@ -10,7 +10,7 @@ _REACH = F(87.0)
 _LOG2E, _LN2_HIGH, _LN2_LOW = F(1.44269504), F(0.693359375), F(-2.12194440e-4)
 _EXP = (F(1.9875691500e-4), F(1.3981999507e-3), F(8.3334519073e-3), F(4.1665795894e-2), F(1.6666665459e-1), F(0.5))
 _FLAT = F(7.90531110763549805)
-"""Beyond it, the tangent is 1 for float32."""
+"""Argument above which the tangent is 1 in float32."""
 _ODD = tuple(
     F(c)
     for c in (
@@ -28,7 +28,7 @@ _EVEN = tuple(F(c) for c in (1.19825839466702e-06, 1.18534705686654e-04, 2.26843
 
 @intrinsic
 def _power_of_two(typing, exponent):
-    """2 to a whole number (int32) between -126 and 127."""
+    """Returns 2 to the power of an int32 between -126 and 127."""
 
     def generate(context, builder, signature, arguments):
         wide = ir.IntType(32)
@@ -40,7 +40,7 @@ def _power_of_two(typing, exponent):
 
 @kernel(inline="always")
 def exponential(x):
-    """e to the power of x, within 2 units of the last place; x is held within 87.
+    """Returns e to the power of x, clipped to -87 and 87, within 2 units of the last place.
 
     The range is reduced by powers of two; the rest is a polynomial (Cephes, `expf`).
     """
@@ -59,7 +59,7 @@ def exponential(x):
 
 @kernel(inline="always")
 def tangent(x):
-    """Hyperbolic tangent, within 4 units of the last place: a quotient of polynomials (as in Eigen's `ptanh`)."""
+    """Returns the hyperbolic tangent within 4 units of the last place, a quotient of polynomials (Eigen's `ptanh`)."""
     x = min(max(x, -_FLAT), _FLAT)
     s = x * x
     p = _ODD[0]
@@ -77,15 +77,7 @@ def tangent(x):
 
 
 @kernel(fastmath={"contract", "nsz"})
-def fill_tangents(values, factor, out):
-    """`out = tanh(factor values)`; both of one axis, contiguous."""
-    factor = F(factor)
-    for i in range(values.shape[0]):
-        out[i] = tangent(factor * values[i])
-
-
-@kernel(fastmath={"contract", "nsz"})
 def fill_exponentials(values, out):
-    """`out = exp(values)`; both of one axis, contiguous."""
+    """Writes `exp(values)` to `out`; both have one axis and are contiguous."""
     for i in range(values.shape[0]):
         out[i] = exponential(values[i])

@@ -1,44 +1,48 @@
-"""The sizes of the estimator."""
+"""Sizes of the estimator."""
 
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
 
-from hemline.animators.coarse.features.seen import POSE_WIDTH
+from hemline.animators.coarse.features.pose_history import POSE_WIDTH
 from hemline.errors import BadInput
 from hemline.motions.motion import JOINT_COUNT
 from hemline.options import check_options, not_negative, positive
 
 JOINTS = JOINT_COUNT
-"""Joints of a body; heads of the layers that weights are made of."""
+"""Number of joints of a body, and of heads of the layers that make skin weights."""
 VERTEX_WIDTH = 7
 """Numbers of one vertex: normal, position [m], signed distance of the rest garment to the body [m]."""
 MESHES = 3
-"""Coarse meshes that the corrective predictor is given: the present one and two before it."""
+"""Number of coarse meshes that the corrective predictor is given: the present one and two before it."""
 CORRECTIVE_WIDTH = 3 + JOINTS
 """Numbers of one vertex of a coarse mesh: its position [m] and its distance to each joint [m]."""
 
 
 @dataclass(frozen=True)
 class EstimatorConfig:
-    """What can be chosen about the estimator. The defaults are the paper's sizes; `lean()` has smaller ones."""
+    """Options of the estimator. The defaults are the paper's sizes; `lean()` has smaller ones.
+
+    Model files store the names of these fields.
+    """
 
     descriptor: int = positive(256)
-    """Entries of the spectral descriptor."""
+    """Number of entries of the spectral descriptor."""
     global_shape: Literal["spectral", "pooled", "none"] = "spectral"
-    """What tells garments apart as a whole: the descriptor, the largest of each graph feature, or nothing (Table I)."""
+    """Shape features of the whole garment: its descriptor, the largest value of each graph feature, or none (Table
+    I)."""
     alpha: float = not_negative(2.0)
     """Scale of the attention scores."""
     lipschitz: bool = True
-    """Whether scores are normalised; off: ordinary graph attention (Fig. 8)."""
-    features: int = not_negative(0)
-    """Features of a vertex in a frame that reach the blend shape, and the displacement; 0: none, as in the paper."""
+    """Whether scores are normalised. Without it this is ordinary graph attention (Fig. 8)."""
+    told: int = not_negative(0)
+    """Number of features of a vertex that change and reach the blend shape and the displacement. The paper has 0."""
     state_told: int = not_negative(0)
-    """So many of them, the first ones, reach the state encoder, too."""
+    """Number of these features, the first ones, that reach the state encoder as well."""
     displacement: int = not_negative(0)
-    """Width of the layers that displace each vertex of the coarse mesh; 0: none, as in the paper."""
+    """Width of the layers that displace each vertex of the coarse mesh. With 0, as in the paper, there are none."""
     body: int = positive(82)
-    """Entries of shape and pose that the body encoder is given: betas, and 72 of axis-angles."""
+    """Number of entries of the body encoder: betas, and 72 of axis-angles."""
     graph: int = positive(64)
     """Width of the first layer of the graph encoder, per head."""
     motion: int = positive(128)
@@ -48,24 +52,24 @@ class EstimatorConfig:
     blend: int = positive(256)
     """Width of the first layer of the blend shape, per head."""
     blend_last: int = positive(128)
-    """Width of its second layer, per head."""
+    """Width of the second layer of the blend shape, per head."""
     corrective: int = positive(64)
     """Width of the corrective predictor, and of the body feature."""
     corrective_heads: int = positive(8)
-    """Heads of each of its eight attention maps."""
+    """Number of heads of each of the eight attention maps of the corrective predictor."""
 
     def __post_init__(self) -> None:
         check_options(self, "option of the estimator")
-        if self.state_told > self.features:
+        if self.state_told > self.told:
             what = "option of the estimator 'state_told' must be at most 'told'"
-            raise BadInput(what, f"{self.state_told} of {self.features}", "give fewer")
+            raise BadInput(what, f"{self.state_told} of {self.told}", "give fewer")
         if self.body <= 3 * JOINTS:
             what = f"option of the estimator 'body' must count betas beside {3 * JOINTS} numbers of the pose"
             raise BadInput(what, self.body, f"give more than {3 * JOINTS}")
 
     @classmethod
     def lean(cls, **others: Any) -> "EstimatorConfig":
-        """The sizes that keep what the full ones learn at two thirds of the weights (`state`, `blend`, four heads).
+        """Returns sizes that learn as much as the full ones with two thirds of the weights.
 
         Args:
             others: Further options.
@@ -74,21 +78,21 @@ class EstimatorConfig:
 
     @property
     def scale(self) -> float | None:
-        """The scale of scores as a layer takes it: None where they are not normalised."""
+        """Scale of scores as a layer expects it; None if scores are not normalised."""
         return self.alpha if self.lipschitz else None
 
 
 def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
-    """Shape of each array of weights by its name, which is that of `Estimator.state_dict()`; none knows a vertex count.
+    """Returns the shape of each array of weights by its name in `Estimator.state_dict()`. No shape depends on a mesh.
 
     Args:
         config: The sizes.
     """
     c, heads = config, 4 * config.corrective_heads
-    found: dict[str, tuple[int, ...]] = {
+    shapes: dict[str, tuple[int, ...]] = {
         "blend_scale": (1,),
-        "told_mean": (c.features,),
-        "told_spread": (c.features,),
+        "told_mean": (c.told,),
+        "told_spread": (c.told,),
         "peepholes": (3, c.corrective),
         "corrective_scale": (1,),
         "motion.weight_ih_l0": (4 * c.motion, POSE_WIDTH),
@@ -101,7 +105,7 @@ def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
         "graph_first": (JOINTS, VERTEX_WIDTH, 0, c.graph),
         "graph_second": (JOINTS, c.graph, 0, c.motion),
         "state": (JOINTS, c.motion, c.state_told, c.state),
-        "blend_first": (3, c.state, c.features, c.blend),
+        "blend_first": (3, c.state, c.told, c.blend),
         "blend_second": (3, c.blend, 0, c.blend_last),
         "mesh_gates": (heads, CORRECTIVE_WIDTH, 0, c.corrective),
         "hidden_gates": (heads, c.corrective, 0, c.corrective),
@@ -109,20 +113,20 @@ def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
         "corrective_second": (1, c.corrective, 0, 3),
     }
     for name, (count, inputs, extra, outputs) in layers.items():
-        found[f"{name}.weights"] = (count, inputs, outputs)
-        found[f"{name}.extra_weights"] = (count, extra, outputs)
-        found[f"{name}.vectors"] = (count, 2, outputs)
+        shapes[f"{name}.weights"] = (count, inputs, outputs)
+        shapes[f"{name}.extra_weights"] = (count, extra, outputs)
+        shapes[f"{name}.vectors"] = (count, 2, outputs)
     connected = {"body": (c.body, 256, 128, c.corrective)}
     if c.global_shape == "spectral":
         connected["shape"] = (c.descriptor, 256, 128, JOINTS)
     for name, sizes in connected.items():
         for i, (inputs, outputs) in enumerate(pairwise(sizes)):
-            found[f"{name}.{2 * i}.weight"], found[f"{name}.{2 * i}.bias"] = (outputs, inputs), (outputs,)
+            shapes[f"{name}.{2 * i}.weight"], shapes[f"{name}.{2 * i}.bias"] = (outputs, inputs), (outputs,)
     single = {"shape": (c.motion, JOINTS)} if c.global_shape == "pooled" else {}
     single |= {"blend_motion": (c.motion, c.blend_last)} if c.motion != c.blend_last else {}
     if c.displacement:
         wide = c.displacement
-        single |= {"displace_first": (c.state + c.features, wide), "displace_second": (wide, wide), "displace": (wide, 3)}
+        single |= {"displace_first": (c.state + c.told, wide), "displace_second": (wide, wide), "displace": (wide, 3)}
     for name, (inputs, outputs) in single.items():
-        found[f"{name}.weight"], found[f"{name}.bias"] = (outputs, inputs), (outputs,)
-    return found
+        shapes[f"{name}.weight"], shapes[f"{name}.bias"] = (outputs, inputs), (outputs,)
+    return shapes

@@ -1,4 +1,4 @@
-"""The graph of a garment that attention runs over: each vertex, and who its neighbours are."""
+"""The graph of a garment that attention runs over."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,20 +13,20 @@ from hemline.meshes.edges import directed_edges
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """Rings of vertices, one after the other: that of vertex i is `ring[start[i]:start[i + 1]]`, ascending."""
+    """Vertices of a mesh with their neighbours. The ring of vertex i is `ring[start[i]:start[i + 1]]`, ascending."""
 
     start: Int[np.ndarray, " verts_and_one"]
-    """Where each ring begins, int32."""
+    """Index in `ring` at which the ring of each vertex begins, int32."""
     ring: Int[np.ndarray, " edges"]
-    """Vertex ids: the vertex itself and its neighbours, int32."""
+    """Vertex ids of each vertex and its neighbours, int32."""
 
     @classmethod
     def of(cls, faces: Faces, vertex_count: int) -> Self:
-        """Neighbours along the edges of triangles, and each vertex itself.
+        """Connects each vertex with itself and with its neighbours along the edges of triangles.
 
         Args:
             faces: Triangles.
-            vertex_count: Number of vertices; one in no triangle has itself alone.
+            vertex_count: Number of vertices. The ring of a vertex in no triangle holds only itself.
 
         Raises:
             BadMesh: A triangle names a vertex that does not exist.
@@ -46,15 +46,15 @@ class Graph:
         return len(self.start) - 1
 
     @property
-    def looking(self) -> Int[np.ndarray, " edges"]:
-        """The vertex in whose ring each entry of `ring` stands, int32."""
+    def ring_centers(self) -> Int[np.ndarray, " edges"]:
+        """Vertex to whose ring each entry of `ring` belongs, int32."""
         return np.repeat(np.arange(self.vertex_count, dtype=np.int32), np.diff(self.start))
 
     @cached_property
-    def padded(self) -> tuple[Int[np.ndarray, "verts most"], Float[np.ndarray, "verts most"]]:
-        """Rings as rows of equal length: ids, int64, the vertex's own at the end; and 1 where there is a neighbour."""
+    def equal_rings(self) -> tuple[Int[np.ndarray, "verts most"], Float[np.ndarray, "verts most"]]:
+        """Rings as rows of equal length, filled up with the vertex itself, int64; and 1 where an entry is real."""
         size = np.diff(self.start)
         place = np.arange(len(self.ring)) - np.repeat(self.start[:-1], size)
         ring = np.repeat(np.arange(self.vertex_count, dtype=np.int64)[:, None], size.max(initial=1), axis=1)
-        ring[self.looking, place] = self.ring
+        ring[self.ring_centers, place] = self.ring
         return ring, (np.arange(ring.shape[1]) < size[:, None]).astype(np.float32)

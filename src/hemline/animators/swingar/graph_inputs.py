@@ -1,4 +1,4 @@
-"""What the graph network is given of a garment on a body."""
+"""Inputs of the graph network."""
 
 import numpy as np
 
@@ -11,20 +11,20 @@ from hemline.arrays import Faces, Float, Vertices
 
 from .graph import Graph
 
-STATE_TOLD = TRAIL_COUNT + 3
-"""Features of a vertex that the state encoder is given: how it trails, and where its key joint would carry it."""
-TOLD = STATIC_COUNT + DYNAMIC_COUNT
-"""Features of a vertex that the blend shape and the displacement are given; those of the state encoder come first."""
-LEAST = 1e-3
-"""Skin weights below this count as this in logits."""
+STATE_FEATURES = TRAIL_COUNT + 3
+"""Number of features of the state encoder: the trail of a vertex and where its key joint would carry it."""
+VERTEX_FEATURES = STATIC_COUNT + DYNAMIC_COUNT
+"""Number of features of the blend shape and the displacement; those of the state encoder come first."""
+MIN_SKIN_WEIGHT = 1e-3
+"""Smallest skin weight in logits."""
 
 
 def garment_inputs(proxy: ProxyOnBody, descriptor: int) -> GarmentSample:
-    """The garment at rest.
+    """Returns the inputs of a garment at rest.
 
     Args:
         proxy: The proxy on a body.
-        descriptor: Numbers of the spectral descriptor.
+        descriptor: Number of entries of the spectral descriptor.
     """
     garment = proxy.garment
     parts = garment.vertices, fit_features(proxy), proxy.skin.dense(), vertex_masses(proxy)
@@ -32,7 +32,7 @@ def garment_inputs(proxy: ProxyOnBody, descriptor: int) -> GarmentSample:
 
 
 def garment_of_frames(frames: GarmentFrames, descriptor: int) -> GarmentSample:
-    """The same of a garment whose frames are learned from."""
+    """Returns the inputs of a garment at rest whose frames are trained on."""
     faces, *parts = (np.array(each) for each in (frames.faces, frames.cut, frames.fit, frames.skin, frames.mass))
     return _sample(faces, *parts, descriptor=descriptor)
 
@@ -40,25 +40,25 @@ def garment_of_frames(frames: GarmentFrames, descriptor: int) -> GarmentSample:
 def _sample(
     faces: Faces, cut: Vertices, fit: np.ndarray, skin: np.ndarray, mass: np.ndarray, *, descriptor: int
 ) -> GarmentSample:
-    found = Descriptor.of(cut, faces, size=min(descriptor, len(cut))).pad_to(descriptor)
-    return GarmentSample(Graph.of(faces, len(cut)), faces, fit, found, skin_logits(skin), mass)
+    eigenvalues = Descriptor.of(cut, faces, size=min(descriptor, len(cut))).pad_to(descriptor)
+    return GarmentSample(Graph.of(faces, len(cut)), faces, fit, eigenvalues, skin_logits(skin), mass)
 
 
 def vertex_inputs(
-    told: Float[np.ndarray, "... verts dynamic"], static: Float[np.ndarray, "verts static"]
-) -> Float[np.ndarray, "... verts told"]:
-    """All features of vertices, those of the state encoder first, float32.
+    dynamic: Float[np.ndarray, "... verts dynamic"], static: Float[np.ndarray, "verts static"]
+) -> Float[np.ndarray, "... verts features"]:
+    """Joins all features of vertices, those of the state encoder first, float32.
 
     Args:
-        told: Those that change, see `Trail.told`.
-        static: Those that do not, see `ProxyOnBody.static`.
+        dynamic: Features that change, see `Trail.features`.
+        static: Features that do not change, see `ProxyOnBody.static`.
     """
     key = slice(2 * TRAIL_COUNT, 2 * TRAIL_COUNT + 3)
-    parts = told[..., :TRAIL_COUNT], told[..., key], told[..., TRAIL_COUNT : 2 * TRAIL_COUNT], told[..., key.stop :]
-    still = np.broadcast_to(static, (*told.shape[:-1], static.shape[1]))
-    return np.concatenate([*parts, still], axis=-1, dtype=np.float32)
+    trails = dynamic[..., :TRAIL_COUNT], dynamic[..., key], dynamic[..., TRAIL_COUNT : 2 * TRAIL_COUNT]
+    repeated = np.broadcast_to(static, (*dynamic.shape[:-1], static.shape[1]))
+    return np.concatenate([*trails, dynamic[..., key.stop :], repeated], axis=-1, dtype=np.float32)
 
 
 def skin_logits(weights: Float[np.ndarray, "verts joints"]) -> Float[np.ndarray, "verts joints"]:
-    """Logits whose softmax are given skin weights, each counted as 0.001 at least; float32."""
-    return np.log(np.maximum(weights, LEAST)).astype(np.float32)
+    """Returns logits whose softmax are given skin weights, clipped to at least 0.001, float32."""
+    return np.log(np.maximum(weights, MIN_SKIN_WEIGHT)).astype(np.float32)

@@ -1,8 +1,8 @@
-"""Compiled: graph attention with Lipschitz-normalised scores, forward and backward, one head of one frame at a time.
+"""Compiled graph attention with Lipschitz-normalised scores, forward and backward, one head of one frame at a time.
 
 The projected features of one head of one frame, a *slab*, stay in the second cache while scores, attention and sums
-over neighbours are made of them. Arrays are laid out (frames, heads, verts, features); edges are those of a `Graph`:
-the ring of vertex i is `ring[start[i]:start[i + 1]]`, itself included.
+over neighbours are computed from them. Arrays have the layout (frames, heads, verts, features). Edges are those of a
+`Graph`: the ring of vertex i is `ring[start[i]:start[i + 1]]`, itself included.
 """
 
 import numpy as np
@@ -13,21 +13,22 @@ from hemline.learning.product_kernels import add_product
 from .curve_kernels import fill_exponentials, tangent
 
 F = np.float32
-SLOPE = F(0.2)
-"""Slope of the leaky rectifier on its negative side."""
-TINY = F(1e-12)
-"""The least divisor of a score, for features that are zero."""
-FAST = {"reassoc", "contract", "nsz"}
+LEAKY_SLOPE = F(0.2)
+"""Slope of the leaky rectifier for negative numbers."""
+MIN_DIVISOR = F(1e-12)
+"""Smallest divisor of a score, for features that are zero."""
+FAST_MATH = {"reassoc", "contract", "nsz"}
+"""Floating point transformations that the kernels allow."""
 
 
 @kernel
 def project_slab(x, scale, weights, extra, extra_weights, projected_out):
-    """Features of one head before attention: `(scale x) weights + extra extra_weights`."""
+    """Projects the features of one head before attention: `(scale x) weights + extra extra_weights`."""
     # in:  x (verts,F); scale (F,), empty for ones; weights (F,D); extra (verts,L), extra_weights (L,D), L may be 0
     # out: projected_out (verts,D)
     projected_out[:] = F(0.0)
     if scale.shape[0] > 0:
-        add_product(x, scaled(scale, weights), projected_out)
+        add_product(x, scale_rows(scale, weights), projected_out)
     else:
         add_product(x, weights, projected_out)
     if extra.shape[1] > 0:
@@ -35,8 +36,8 @@ def project_slab(x, scale, weights, extra, extra_weights, projected_out):
 
 
 @kernel
-def scaled(scale, weights):
-    """Rows of a matrix times a factor each."""
+def scale_rows(scale, weights):
+    """Multiplies each row of a matrix by a factor."""
     out = np.empty_like(weights)
     for i in range(weights.shape[0]):
         for j in range(weights.shape[1]):
@@ -44,24 +45,24 @@ def scaled(scale, weights):
     return out
 
 
-@kernel(fastmath=FAST)
+@kernel(fastmath=FAST_MATH)
 def fill_halves(projected, vectors, halves_out):
-    """What each vertex adds to scores as the one that looks, as the one that is looked at, and its squared norm."""
-    # in:  projected (verts,D); vectors (2,D): of those that look, of those that are looked at
+    """Computes the two halves of the scores, of a vertex as center and as neighbour, and its squared norm."""
+    # in:  projected (verts,D); vectors (2,D): for centers, for neighbours
     # out: halves_out (3,verts)
     for i in range(projected.shape[0]):
-        looks, looked_at, square = F(0.0), F(0.0), F(0.0)
+        center, neighbour, square = F(0.0), F(0.0), F(0.0)
         for d in range(projected.shape[1]):
             value = projected[i, d]
-            looks += value * vectors[0, d]
-            looked_at += value * vectors[1, d]
+            center += value * vectors[0, d]
+            neighbour += value * vectors[1, d]
             square += value * value
-        halves_out[0, i], halves_out[1, i], halves_out[2, i] = looks, looked_at, square
+        halves_out[0, i], halves_out[1, i], halves_out[2, i] = center, neighbour, square
 
 
-@kernel(fastmath=FAST)
+@kernel(fastmath=FAST_MATH)
 def length_of(vectors):
-    """Norm of both halves of the vector of scores together: the spectral norm of the linear score function."""
+    """Returns the norm of both vectors of scores together, the spectral norm of the linear score function."""
     square = F(0.0)
     for d in range(vectors.shape[1]):
         square += vectors[0, d] * vectors[0, d] + vectors[1, d] * vectors[1, d]
@@ -70,9 +71,10 @@ def length_of(vectors):
 
 @kernel(inline="always")
 def divisor_at(i, start, ring, halves, length):
-    """What the scores of a vertex are divided by; the neighbour of the largest norm; whether norms of features decide.
+    """Returns the divisor of the scores of a vertex, the neighbour of the largest norm, and whether the bound decides.
 
-    The larger of the norm of its scores and `length sqrt(max_k |x_k|^2 + |x_i|^2)` (Eq. 4, in one neighbourhood).
+    The divisor is the larger one of the norm of its scores and the bound `length sqrt(max_k |x_k|^2 + |x_i|^2)` (Eq. 4,
+    in one neighbourhood).
     """
     squares, most, largest = F(0.0), F(-1.0), ring[start[i]]
     for k in range(start[i], start[i + 1]):
@@ -81,13 +83,13 @@ def divisor_at(i, start, ring, halves, length):
         if halves[2, ring[k]] > most:
             most, largest = halves[2, ring[k]], ring[k]
     scores, bound = np.sqrt(squares), length * np.sqrt(most + halves[2, i])
-    return max(max(scores, bound), TINY), largest, bound >= scores
+    return max(max(scores, bound), MIN_DIVISOR), largest, bound >= scores
 
 
-@kernel(fastmath=FAST)
+@kernel(fastmath=FAST_MATH)
 def attend_slab(start, ring, halves, length, alpha, normalised, attention_out):
-    """Attention of each vertex over its ring: softmax of rectified, normalised scores."""
-    # in:  halves (3,verts), length: see `fill_halves`, `length_of`; alpha: scale of scores; normalised: else raw scores
+    """Computes the attention of each vertex over its ring: the softmax of rectified, normalised scores."""
+    # in:  halves (3,verts), length: see `fill_halves`, `length_of`; alpha: scale of scores; normalised: or raw scores
     # out: attention_out (edges,)
     alpha = F(alpha)
     for i in range(start.shape[0] - 1):
@@ -97,7 +99,7 @@ def attend_slab(start, ring, halves, length, alpha, normalised, attention_out):
         most = F(-np.inf)
         for k in range(start[i], start[i + 1]):
             score = factor * (halves[0, i] + halves[1, ring[k]])
-            score = max(score, SLOPE * score)
+            score = max(score, LEAKY_SLOPE * score)
             attention_out[k] = score
             most = max(most, score)
         for k in range(start[i], start[i + 1]):
@@ -112,24 +114,24 @@ def attend_slab(start, ring, halves, length, alpha, normalised, attention_out):
             attention_out[k] *= total
 
 
-@kernel(fastmath=FAST)
+@kernel(fastmath=FAST_MATH)
 def add_gathered(start, ring, attention, projected, out):
-    """Add to each vertex the mean of its ring, weighted by attention."""
+    """Adds to each vertex the mean of its ring, weighted by attention."""
     # in: attention (edges,), projected (verts,D); in and out: out (verts,D)
     width = projected.shape[1]
     for i in range(out.shape[0]):
         row = out[i]
         for k in range(start[i], start[i + 1]):
-            share, other = attention[k], projected[ring[k]]
+            weight, other = attention[k], projected[ring[k]]
             for d in range(width):
-                row[d] += share * other[d]
+                row[d] += weight * other[d]
 
 
-@kernel(parallel=True, fastmath=FAST)
+@kernel(parallel=True, fastmath=FAST_MATH)
 def attend(
     start, ring, x, scale, weights, extra, extra_weights, vectors, alpha, normalised, keep, slabs, attention_out, out
 ):
-    """A layer: `tanh(mean over the heads of a group of softmax(scores) x weights)`.
+    """Applies a layer: `tanh(mean over the heads of a group of softmax(scores) x weights)`.
 
     # in:  x (1|frames,1|heads,verts,F); scale (frames,F), or (frames,0) for ones; weights (heads,F,D);
     #      extra (frames,verts,L), extra_weights (heads,L,D); vectors (heads,2,D); keep: whether slabs are kept
@@ -158,25 +160,25 @@ def attend(
                 total[i, d] = tangent(share * total[i, d])
 
 
-@kernel(fastmath=FAST)
+@kernel(fastmath=FAST_MATH)
 def add_gathered_back(start, ring, attention, projected, back, attention_back_out, projected_back):
-    """Backward of `add_gathered`."""
+    """Computes the backward pass of `add_gathered`."""
     # in: back (verts,D); out: attention_back_out (edges,); in and out: projected_back (verts,D)
     width = projected.shape[1]
     for i in range(back.shape[0]):
         row = back[i]
         for k in range(start[i], start[i + 1]):
-            other, target, share = projected[ring[k]], projected_back[ring[k]], attention[k]
+            other, target, weight = projected[ring[k]], projected_back[ring[k]], attention[k]
             total = F(0.0)
             for d in range(width):
                 total += row[d] * other[d]
-                target[d] += share * row[d]
+                target[d] += weight * row[d]
             attention_back_out[k] = total
 
 
-@kernel(fastmath=FAST)
+@kernel(fastmath=FAST_MATH)
 def attend_slab_back(start, ring, halves, length, alpha, normalised, attention, attention_back, halves_back_out):
-    """Backward of `attend_slab`; returns the gradient of `length`."""
+    """Computes the backward pass of `attend_slab`; returns the gradient of `length`."""
     # in: attention, attention_back (edges,); out: halves_back_out (3,verts)
     alpha = F(alpha)
     halves_back_out[:] = F(0.0)
@@ -192,11 +194,11 @@ def attend_slab_back(start, ring, halves, length, alpha, normalised, attention, 
         divisor_back = F(0.0)
         for k in range(start[i], start[i + 1]):
             score = halves[0, i] + halves[1, ring[k]]
-            change = attention[k] * (attention_back[k] - mean) * (F(1.0) if score >= F(0.0) else SLOPE)
+            change = attention[k] * (attention_back[k] - mean) * (F(1.0) if score >= F(0.0) else LEAKY_SLOPE)
             halves_back_out[0, i] += factor * change
             halves_back_out[1, ring[k]] += factor * change
             divisor_back -= factor / divisor * score * change
-        if not normalised or divisor <= TINY:
+        if not normalised or divisor <= MIN_DIVISOR:
             continue
         if by_norm:
             length_back += divisor_back * divisor / length
@@ -211,28 +213,28 @@ def attend_slab_back(start, ring, halves, length, alpha, normalised, attention, 
     return length_back
 
 
-@kernel(fastmath=FAST)
+@kernel(fastmath=FAST_MATH)
 def halves_to_slab_back(projected, vectors, halves_back, length, length_back, projected_back, vectors_back):
-    """Backward of `fill_halves` and `length_of`, added."""
+    """Adds the backward pass of `fill_halves` and `length_of`."""
     # in and out: projected_back (verts,D), vectors_back (2,D)
     for i in range(projected.shape[0]):
-        looks, looked_at, square = halves_back[0, i], halves_back[1, i], F(2.0) * halves_back[2, i]
+        center, neighbour, square = halves_back[0, i], halves_back[1, i], F(2.0) * halves_back[2, i]
         for d in range(projected.shape[1]):
             value = projected[i, d]
-            projected_back[i, d] += looks * vectors[0, d] + looked_at * vectors[1, d] + square * value
-            vectors_back[0, d] += looks * value
-            vectors_back[1, d] += looked_at * value
-    pull = length_back / max(length, TINY)
+            projected_back[i, d] += center * vectors[0, d] + neighbour * vectors[1, d] + square * value
+            vectors_back[0, d] += center * value
+            vectors_back[1, d] += neighbour * value
+    pull = length_back / max(length, MIN_DIVISOR)
     for half in range(2):
         for d in range(vectors.shape[1]):
             vectors_back[half, d] += pull * vectors[half, d]
 
 
-@kernel(fastmath=FAST)
+@kernel(fastmath=FAST_MATH)
 def project_slab_back(
     x, scale, weights, extra, projected_back, wanted, scale_back, weights_back, extra_weights_back, x_back
 ):
-    """Backward of `project_slab`, added; `extra` is data and gets no gradient, `x` where wanted."""
+    """Adds the backward pass of `project_slab`. `extra` is data and gets no gradient; `x` gets one if wanted."""
     if scale.shape[0] > 0:
         raw = np.zeros_like(weights)
         add_product(x.T, projected_back, raw)
@@ -243,7 +245,7 @@ def project_slab_back(
                 total += weights[i, j] * raw[i, j]
             scale_back[i] += total
         if wanted:
-            add_product(projected_back, np.ascontiguousarray(scaled(scale, weights).T), x_back)
+            add_product(projected_back, np.ascontiguousarray(scale_rows(scale, weights).T), x_back)
     else:
         add_product(x.T, projected_back, weights_back)
         if wanted:
@@ -252,17 +254,17 @@ def project_slab_back(
         add_product(extra.T, projected_back, extra_weights_back)
 
 
-@kernel(parallel=True, fastmath=FAST)
+@kernel(parallel=True, fastmath=FAST_MATH)
 def attend_back(
     start, ring, x, scale, weights, extra, vectors, alpha, normalised, wanted, slabs, attention, out, back,
     scale_back, weights_back, extra_weights_back, vectors_back, x_back,
 ):  # fmt: skip
-    """Backward of `attend`: adds to gradients, which begin as zeros.
+    """Adds the backward pass of `attend` to gradients, which begin as zeros.
 
-    # in: as `attend`, `slabs` and `attention` as it kept them; out, back (frames,groups,verts,D); wanted: whether
-    #     x_back is filled
-    # in and out: scale_back (frames,F); with an axis of chunks of frames before their own, to be summed by the caller:
-    #      weights_back, extra_weights_back, vectors_back, and x_back where x is one for all frames (else one chunk)
+    # in: the arguments of `attend`, with the `slabs` and `attention` that it stored; out, back (frames,groups,verts,D);
+    #     wanted: whether x_back is filled
+    # in and out: scale_back (frames,F); with a leading axis of chunks of frames, to be summed by the caller:
+    #      weights_back, extra_weights_back, vectors_back, and x_back if one x serves all frames (else one chunk)
     """
     frames, groups, count, width = out.shape
     together, chunks = weights.shape[0] // groups, weights_back.shape[0]
@@ -307,9 +309,9 @@ def attend_back(
                     )  # fmt: skip
 
 
-@kernel(parallel=True, fastmath=FAST)
+@kernel(parallel=True, fastmath=FAST_MATH)
 def condense(state, vector, mean_out, scores_out):
-    """What is made of all heads of the state: their mean, and the product of each with one vector."""
+    """Condenses all heads of the state to their mean and to the product of each with one vector."""
     # in:  state (frames,heads,verts,D), vector (D,)
     # out: mean_out (frames,verts,D), scores_out (frames,verts,heads)
     frames, heads, count, width = state.shape
@@ -325,9 +327,9 @@ def condense(state, vector, mean_out, scores_out):
                 scores_out[frame, i, head] = total
 
 
-@kernel(parallel=True, fastmath=FAST)
+@kernel(parallel=True, fastmath=FAST_MATH)
 def condense_back(state, vector, mean_back, scores_back, state_back_out, vector_back):
-    """Backward of `condense`; `vector_back` is added to, a row for each frame."""
+    """Computes the backward pass of `condense`; adds to `vector_back`, which has a row for each frame."""
     # in: mean_back (frames,verts,D), scores_back (frames,verts,heads); out: state_back_out
     # in and out: vector_back (frames,D)
     frames, heads, count, width = state.shape

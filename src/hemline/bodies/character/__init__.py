@@ -1,1 +1,1 @@
-"""Bodies from rigged characters in GLB and VRM files."""
+"""Bodies made of rigged characters in GLB and VRM files."""

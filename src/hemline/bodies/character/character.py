@@ -1,4 +1,4 @@
-"""A rigged character that is not ours as a body: GLB or VRM with a skin."""
+"""Makes a body of a rigged character from elsewhere, a GLB or VRM with a skin."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,10 +16,10 @@ from hemline.motions.rigs.t_pose import t_pose_turns
 from hemline.motions.rigs.units import METRIC, unit_of
 
 from .character_mesh import read_character_mesh
-from .closed_mesh import closed_mesh
+from .closed_mesh import close_mesh
 
 CHARACTERS = (".glb", ".vrm", ".gltf")
-"""Endings of rigged characters."""
+"""Endings of files of rigged characters."""
 
 _HEIGHTS = (0.3, 4.0)
 _AT = JOINT_NAMES.index
@@ -28,14 +28,14 @@ _SIDES = ("left", "right")
 
 @dataclass(frozen=True, eq=False)
 class Character:
-    """A character, and the body that is made of it.
+    """A character, and how a body is made of it.
 
     Attributes:
-        rig: Its file and bones.
-        owners: Which of our joints each node of the file goes with; -1: none.
-        mapped: Our joints that the file has a bone for, with the node.
-        to_body: From the world of the file at rest to the body's rest: turned, scaled to metres, moved.
-        joints: Our joints at rest, the pelvis at the origin [m].
+        rig: File and bones of the character.
+        owners: Joint of the body that each node of the file follows; -1: none.
+        mapped: Node of each joint of the body for which the file has a bone.
+        to_body: Transform from the world of the file to that of the body, both at rest: turn, scale to metres, shift.
+        joints: Joints of the body at rest, the pelvis at the origin [m].
         notes: What was found, guessed or changed, one sentence each.
     """
 
@@ -50,41 +50,41 @@ class Character:
 def read_skeleton(
     path: str | Path, *, height: float | None = None, unit: str | None = None, leg_length: float | None = None
 ) -> Character:
-    """The bones of a character, without its mesh.
+    """Reads the bones of a character, without its mesh.
 
     Args:
         path: A `.glb`, `.vrm` or `.gltf`.
-        height: How tall it is to be [m]; None: as it is.
-        leg_length: How long its legs are to be, hip to knee to ankle [m]; None: as they are.
-        unit: `m`, `dm`, `cm`, `mm` or `inch`; None: guessed from the length of its legs.
+        height: Target height [m]; None: as it is.
+        leg_length: Target length of the legs, hip to knee to ankle [m]; None: as they are.
+        unit: `m`, `dm`, `cm`, `mm` or `inch`; None: guessed from the length of the legs.
 
     Raises:
-        BadBody: It cannot be read, has no skin, is no humanoid, or has the size of no person.
+        BadBody: The file cannot be read, has no skin, is not a humanoid, or does not have the size of a person.
     """
     if height is not None and not _HEIGHTS[0] <= height <= _HEIGHTS[1]:
         raise BadBody("a height must be that of a person in metres", height, f"give {_HEIGHTS[0]} to {_HEIGHTS[1]}")
     rig = read_rig(path, error=BadBody, skinned=True)
     owners, mapped = _owners(rig)
     places = rig.skeleton.zero_positions
-    found = rig.found.joints
+    found = rig.match.joints
     turn, turned = _upright(places, found)
     places = places @ turn.T
     at = {name: places[joint] for name, joint in found.items()}
     leg = float(np.mean([_leg(at, side) for side in _SIDES]))
     if leg_length is not None:
-        scale, said = leg_length / leg, f"scaled to legs of {leg_length:.3g} m"
+        scale, scale_note = leg_length / leg, f"scaled to legs of {leg_length:.3g} m"
     else:
-        scale, said = _scale(rig, turn, leg, height, unit)
+        scale, scale_note = _scale(rig, turn, leg, height, unit)
     to_body = np.eye(4)
     to_body[:3, :3] = scale * turn
     joints, missing = _joints({name: scale * place for name, place in at.items()}, _ours(rig, scale * places))
     to_body[:3, 3] = -joints[0]
-    notes = [rig.how, said]
+    notes = [rig.how, scale_note]
     if turned:
         notes.append(turned)
-    if not rig.bound:
+    if not rig.in_bind_pose:
         notes.append("the file shows a pose: the pose that its skin was bound in is the rest pose")
-    bones = rig.bound_bones
+    bones = rig.skin_bones
     ours = len(bones & {*mapped.values()})
     notes.append(f"{len(bones)} bones, {ours} of them ours; {len(bones) - ours} others go with the joint above them")
     if missing:
@@ -93,25 +93,25 @@ def read_skeleton(
 
 
 def read_character(path: str | Path, *, height: float | None = None, unit: str | None = None) -> tuple[Body, Character]:
-    """A body of a rigged character, and what was said of it.
+    """Reads a rigged character as a body, and returns both.
 
-    Its bones are mapped onto our 24 joints: weights of bones that are none of them (fingers, twists, hair) go to the
-    joint above. Vertices have the six largest shares, made to sum to 1. It has no shape coefficients.
+    Its bones are mapped onto the 24 joints of hemline. Weights of other bones (fingers, twists, hair) go to the joint
+    above. Each vertex keeps its six largest weights, scaled to sum to 1. The body has no shape coefficients.
 
     Args:
         path: A `.glb`, `.vrm` or `.gltf`.
-        height: How tall it is to be [m]; None: as it is.
-        unit: `m`, `dm`, `cm`, `mm` or `inch`; None: guessed from the length of its legs.
+        height: Target height [m]; None: as it is.
+        unit: `m`, `dm`, `cm`, `mm` or `inch`; None: guessed from the length of the legs.
 
     Raises:
-        BadBody: It cannot be read, has no skin, is no humanoid, has the size of no person, weights that are NaN, or
-            a mesh that encloses nothing.
+        BadBody: The file cannot be read, has no skin, is not a humanoid, does not have the size of a person, or has
+            weights that are NaN or a mesh that encloses nothing.
     """
     character = read_skeleton(path, height=height, unit=unit)
     mesh = read_character_mesh(character.rig, character.owners)
     moved = mesh.vertices @ character.to_body[:3, :3].T + character.to_body[:3, 3]
     mesh = type(mesh)(moved, mesh.faces, mesh.weights, mesh.parts, mesh.names, mesh.notes)
-    closed = closed_mesh(mesh, str(path))
+    closed = close_mesh(mesh, str(path))
     indices, weights = _largest(closed.weights)
     body = Body(
         name=Path(path).stem,
@@ -127,20 +127,20 @@ def read_character(path: str | Path, *, height: float | None = None, unit: str |
         licence=_licence(character.rig),
     )
     heads = ", ".join(animation_names(character.rig.gltf)[:12])
-    told = (f"animations: {heads}",) if heads else ()
+    animation_notes = (f"animations: {heads}",) if heads else ()
     size = f"{np.ptp(closed.vertices[:, 1]):.2f} m tall, {len(closed.vertices)} vertices, {len(closed.faces)} triangles"
-    notes = (size, *character.notes, *mesh.notes, *closed.notes, *told)
+    notes = (size, *character.notes, *mesh.notes, *closed.notes, *animation_notes)
     return body, Character(
         character.rig, character.owners, character.mapped, character.to_body, character.joints, notes
     )
 
 
 def _owners(rig: GltfRig) -> tuple[np.ndarray, dict[str, int]]:
-    """Of each node our joint that it goes with, and the node of each joint that has one."""
+    """Returns the joint that each node follows, and the node of each joint that has one."""
     mapped = {name: rig.bones[joint] for name, joint in _ours(rig).items()}
     joint_of = {node: _AT(name) for name, node in mapped.items()}
     owners = np.full(len(rig.nodes.names), -1)
-    bones, thumbs = set(rig.bones), {rig.bones[joint] for joint in rig.found.thumbs.values()}
+    bones, thumbs = set(rig.bones), {rig.bones[joint] for joint in rig.match.thumbs.values()}
     hands = {mapped[f"{side}_wrist"]: _AT(f"{side}_hand") for side in _SIDES if f"{side}_hand" in mapped}
     for node in rig.nodes.order:
         parent = rig.nodes.parents[node]
@@ -156,20 +156,20 @@ def _owners(rig: GltfRig) -> tuple[np.ndarray, dict[str, int]]:
 
 
 def _ours(rig: GltfRig, places: np.ndarray | None = None) -> dict:
-    """Bones of the rig by our joint, the spine's and the hands' among them; their places where these are given."""
-    joints, spine = dict(rig.found.joints), rig.found.spine
+    """Returns the bone of each joint, with those of spine and hands; or their positions, if `places` are given."""
+    joints, spine = dict(rig.match.joints), rig.match.spine
     count, above = len(spine), len(spine) + 1
     for level in (3, 2, 1):
         place = round(level * count / 3)
         if 1 <= place < above:
             joints[f"spine{level}"], above = spine[place - 1], place
-    for side, middle in rig.found.middles.items():
+    for side, middle in rig.match.middles.items():
         joints[f"{side}_hand"] = middle
     return joints if places is None else {name: places[joint] for name, joint in joints.items()}
 
 
 def _joints(found: dict[str, np.ndarray], ours: dict[str, np.ndarray]) -> tuple[np.ndarray, list[str]]:
-    """Places of our 24 joints, and which of them the rig has no bone for.
+    """Returns the positions of the 24 joints, and the names of those that the rig has no bone for.
 
     The pelvis is midway between the hips, as in clips.
     """
@@ -191,14 +191,14 @@ def _joints(found: dict[str, np.ndarray], ours: dict[str, np.ndarray]) -> tuple[
 
 
 def _upright(places: np.ndarray, found: dict[str, int]) -> tuple[np.ndarray, str]:
-    """The quarter turns after which y is up and the left is along +x, and what is said of them."""
+    """Returns the quarter turns after which y is up and the left is along +x, and a note about them."""
     up = _axis(places[found["head"]] - places[found["left_hip"]])
     left = _axis((places[found["left_hip"]] - places[found["right_hip"]]) * (np.abs(up) < 0.5))
     turn = np.stack([left, up, np.cross(left, up)])
     if np.abs(turn - np.eye(3)).max() < 1e-6:
         return turn, ""
     ahead = np.cross(left, up)
-    return turn, f"{_named(up)} up, facing {_named(ahead)}: turned to y up, facing z"
+    return turn, f"{_axis_name(up)} up, facing {_axis_name(ahead)}: turned to y up, facing z"
 
 
 def _axis(direction: np.ndarray) -> np.ndarray:
@@ -207,7 +207,7 @@ def _axis(direction: np.ndarray) -> np.ndarray:
     return axis
 
 
-def _named(axis: np.ndarray) -> str:
+def _axis_name(axis: np.ndarray) -> str:
     best = int(np.argmax(np.abs(axis)))
     return ("-" if axis[best] < 0 else "") + "xyz"[best]
 
@@ -218,7 +218,7 @@ def _leg(at: dict[str, np.ndarray], side: str) -> float:
 
 
 def _scale(rig: GltfRig, turn: np.ndarray, leg: float, height: float | None, unit: str | None) -> tuple[float, str]:
-    """Metres in the file's unit, and why."""
+    """Returns the size of the file's unit [m], and a note that says how it was found."""
     path = rig.gltf.path
     if height is not None and unit is not None:
         raise BadBody("height and unit exclude each other", f"{height:g} m and '{unit}'", "give one of them")
@@ -235,8 +235,8 @@ def _scale(rig: GltfRig, turn: np.ndarray, leg: float, height: float | None, uni
 
 
 def _rest_offsets(character: Character) -> np.ndarray:
-    """Global rotations from the rest pose to the T-pose, of joints that the character has a bone for."""
-    there = {name: character.joints[_AT(name)] for name in character.rig.found.joints}
+    """Returns global rotations from the rest pose to the T-pose, of joints for which the character has a bone."""
+    there = {name: character.joints[_AT(name)] for name in character.rig.match.joints}
     turns = t_pose_turns(there)
     offsets = np.tile([1.0, 0, 0, 0], (len(JOINT_NAMES), 1))
     for name, turn in turns.items():
@@ -247,18 +247,18 @@ def _rest_offsets(character: Character) -> np.ndarray:
 
 
 def _largest(weights: Float[np.ndarray, "verts joints"]) -> tuple[np.ndarray, np.ndarray]:
-    """The `INFLUENCES` joints of each vertex with the largest shares, the strongest first, made to sum to 1."""
+    """Returns the `INFLUENCES` joints of each vertex with the largest weights, strongest first, scaled to sum to 1."""
     order = np.argsort(-weights, axis=1, kind="stable")[:, :INFLUENCES]
     kept = np.take_along_axis(weights, order, axis=1)
     return np.where(kept > 0, order, 0), kept / kept.sum(axis=1, keepdims=True)
 
 
 def _licence(rig: GltfRig) -> str:
-    """What the file says of its terms."""
+    """Returns the terms that the file states."""
     document, extensions = rig.gltf.document, rig.gltf.extensions
     said = [str(document["asset"].get("copyright") or "")]
     for name, keys in (("VRMC_vrm", ("name", "authors", "licenseUrl")), ("VRM", ("title", "author", "licenseName"))):
         meta = extensions.get(name, {}).get("meta", {}) if isinstance(extensions.get(name), dict) else {}
         said += [f"{key}: {meta[key]}" for key in keys if meta.get(key)]
-    told = "; ".join(line for line in said if line)
-    return told[:500] or f"as {rig.gltf.path.name} has it; its makers' terms hold"
+    text = "; ".join(line for line in said if line)
+    return text[:500] or f"as {rig.gltf.path.name} has it; its makers' terms hold"

@@ -1,4 +1,4 @@
-"""The skinned meshes of a glTF file at rest, joined, with the joints of ours that move their vertices."""
+"""Reads the skinned meshes of a glTF file at rest and joins them, with weights of the 24 joints."""
 
 from dataclasses import dataclass
 
@@ -11,11 +11,11 @@ from hemline.files.gltf_triangles import PRIMITIVES_MAX, triangles
 from hemline.motions import JOINT_NAMES
 from hemline.motions.rigs.gltf_rig import GltfRig
 
-_AGAIN = "normalise the weights, and export it again"
+_EXPORT_CURE = "normalise the weights, and export it again"
 _VERTICES_MAX = 2_000_000
 _LARGEST = 1e9
 _VERTEX_BYTES = 8
-"""A skinned vertex has so many bytes in its file, at least: three of its place, one or more of bones and of weights."""
+"""Least number of bytes of a skinned vertex in a file: of its position, bones and weights."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,12 +23,12 @@ class CharacterMesh:
     """Triangles of all skinned meshes of a file.
 
     Attributes:
-        vertices: Where they are at rest, in the world of the file [file's unit].
+        vertices: Positions at rest, in the world of the file [file's unit].
         faces: Triangles.
-        weights: Share of each of our joints.
-        parts: Of each triangle, the number of the mesh that it is of.
-        names: Names of the meshes, with that of the material.
-        notes: What was odd, one sentence each.
+        weights: Weight of each of the 24 joints.
+        parts: Number of the mesh that each triangle belongs to.
+        names: Names of the meshes, with those of their materials.
+        notes: What is odd about them, one sentence each.
     """
 
     vertices: Float[np.ndarray, "verts 3"]
@@ -39,32 +39,32 @@ class CharacterMesh:
     notes: tuple[str, ...]
 
     def only(self, parts: Int[np.ndarray, " parts"]) -> "CharacterMesh":
-        """Some of its meshes."""
+        """Returns some of the meshes."""
         kept = np.isin(self.parts, parts)
         return CharacterMesh(self.vertices, self.faces[kept], self.weights, self.parts[kept], self.names, self.notes)
 
 
 def read_character_mesh(rig: GltfRig, owners: Int[np.ndarray, " nodes"]) -> CharacterMesh:
-    """All skinned triangles of a file.
+    """Reads all skinned triangles of a file.
 
     Args:
         rig: The rig.
-        owners: Which of our joints each node of the file goes with.
+        owners: Joint that each node of the file follows.
 
     Raises:
-        BadBody: Weights that are NaN, negative or of no bone, positions that are NaN, no triangles, or too many.
+        BadBody: Weights are NaN, negative or of no bone, positions are NaN, or there are no triangles, or too many.
     """
     gltf, pieces, names, notes = rig.gltf, [], [], []
-    count = Counted(gltf)
+    count = SizeBudget(gltf)
     with gltf.readable(), np.errstate(all="ignore"):
-        for node, said in enumerate(gltf.all("nodes")):
-            if "mesh" not in said or "skin" not in said:
+        for node, node_entry in enumerate(gltf.all("nodes")):
+            if "mesh" not in node_entry or "skin" not in node_entry:
                 continue
-            mesh, skin = gltf.all("meshes")[said["mesh"]], gltf.all("skins")[said["skin"]]
+            mesh, skin = gltf.all("meshes")[node_entry["mesh"]], gltf.all("skins")[node_entry["skin"]]
             joints = owners[np.array(skin["joints"], int)]
             for primitive in mesh["primitives"]:
                 name = _name(gltf, rig.nodes.names[node], mesh, primitive)
-                piece = _piece(rig, primitive, said["skin"], joints, name, count)
+                piece = _piece(rig, primitive, node_entry["skin"], joints, name, count)
                 if piece is None:
                     notes.append(f"'{name}' has no triangles and is left out")
                     continue
@@ -87,14 +87,14 @@ def read_character_mesh(rig: GltfRig, owners: Int[np.ndarray, " nodes"]) -> Char
     )
 
 
-class Counted:
-    """What was made of a file so far, held below what it can rightly hold."""
+class SizeBudget:
+    """Counts what was read of a file, and refuses more than a file of its size can rightly hold."""
 
     def __init__(self, gltf: Gltf) -> None:
         self.gltf, self.primitives, self.corners, self.vertices = gltf, 0, 0, 0
 
     def triangles(self, primitive: dict) -> np.ndarray:
-        """The triangles of a primitive, counted."""
+        """Returns the triangles of a primitive, and counts them."""
         self.primitives += 1
         if self.primitives > PRIMITIVES_MAX:
             raise BadBody(f"{self.gltf.path} may have {PRIMITIVES_MAX} meshes", "more", "join them")
@@ -103,8 +103,8 @@ class Counted:
         self.gltf.refuse_more(self.corners)
         return faces
 
-    def used(self, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The vertices that triangles have, counted, and the triangles as rows of them."""
+    def compact(self, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the vertices that triangles use, and the triangles in terms of these; counts the vertices."""
         used, faces = np.unique(faces, return_inverse=True)
         self.vertices += len(used)
         if self.vertices > _VERTICES_MAX:
@@ -123,9 +123,9 @@ def _name(gltf: Gltf, node: str, mesh: dict, primitive: dict) -> str:
 
 
 def _piece(
-    rig: GltfRig, primitive: dict, skin: int, joints: np.ndarray, name: str, count: Counted
+    rig: GltfRig, primitive: dict, skin: int, joints: np.ndarray, name: str, count: SizeBudget
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Vertices at rest, triangles and weights of one primitive, vertices that no triangle has left out."""
+    """Returns vertices at rest, triangles and weights of a primitive, without vertices that no triangle uses."""
     gltf, attributes = rig.gltf, primitive["attributes"]
     faces = count.triangles(primitive)
     points = gltf.array(attributes["POSITION"])
@@ -133,7 +133,7 @@ def _piece(
         raise ValueError("POSITION")
     if not len(faces) or "JOINTS_0" not in attributes:
         return None
-    used, faces = count.used(faces)
+    used, faces = count.compact(faces)
     points = points[used].astype(np.float64)
     if not np.isfinite(points).all():
         raise BadBody(f"{gltf.path}: '{name}' must have finite positions", "NaN or infinity", "export it again")
@@ -149,9 +149,9 @@ def _piece(
         if bones.shape != shares.shape:
             raise ValueError("WEIGHTS")
         if not np.isfinite(shares).all():
-            raise BadBody(f"{gltf.path}: weights of '{name}' must be finite", "NaN or infinity", _AGAIN)
+            raise BadBody(f"{gltf.path}: weights of '{name}' must be finite", "NaN or infinity", _EXPORT_CURE)
         if shares.min() < -1e-3:
-            raise BadBody(f"{gltf.path}: weights of '{name}' must not be negative", f"{shares.min():.3g}", _AGAIN)
+            raise BadBody(f"{gltf.path}: weights of '{name}' must not be negative", f"{shares.min():.3g}", _EXPORT_CURE)
         bones = np.where(shares > 0, bones, 0)
         if bones.max() >= len(joints):
             got = f"bone {bones.max()} of {len(joints)}"
@@ -167,7 +167,7 @@ def _piece(
 
 
 def _whole(weights: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Weights that sum to 1; a vertex without any takes those of the nearest one that has some."""
+    """Scales weights to sum to 1; a vertex without any takes those of the nearest vertex that has some."""
     from scipy.spatial import KDTree
 
     sums = weights.sum(axis=1)
@@ -176,7 +176,7 @@ def _whole(weights: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, tuple[s
         raise BadBody("a character must have weights", "none above 0", "skin it to its bones, and export it again")
     notes = []
     if bare.any():
-        # of several at one place, which a tree would look through one by one, the first
+        # only the first of several vertices at one place, since the tree would search through all of them
         there, first = np.unique(places[~bare], axis=0, return_index=True)
         nearest = np.flatnonzero(~bare)[first[KDTree(there).query(places[bare])[1]]]
         weights[bare] = weights[nearest]

@@ -1,1 +1,1 @@
-"""Bodies from SMPL, SMPL-H and SMPL-X files."""
+"""Bodies made of SMPL, SMPL-H and SMPL-X files."""

@@ -1,4 +1,4 @@
-"""The arrays that a pickled SMPL file's variables, selections and sparse matrices stand for."""
+"""Converts the variables, selections and sparse matrices of a pickled SMPL file into arrays."""
 
 import math
 
@@ -7,30 +7,30 @@ import numpy as np
 from .smpl_stand_ins import Array, Node, Refused, Selection, SparseColumns, SparseRows, is_length
 
 _DENSE_MAX = 2_000_000
-"""Entries of a sparse matrix, at most; the regressor of SMPL-X has 576,125."""
+"""Largest number of entries of a sparse matrix; the regressor of SMPL-X has 576,125."""
 _DEPTH_MAX = 8
 
 
 def as_array(value: object, depth: int = 0) -> np.ndarray:
-    """The array that an array, a chumpy variable or a sparse matrix stands for.
+    """Converts an array, a chumpy variable or a sparse matrix into a NumPy array.
 
     Raises:
-        Refused: Anything else, or content that contradicts itself.
+        Refused: It is anything else, or its content contradicts itself.
     """
     if depth > _DEPTH_MAX:
         raise Refused(f"chumpy variables nested more than {_DEPTH_MAX} deep")
     if isinstance(value, Array):
-        return value.made()
+        return value.to_numpy()
     if isinstance(value, Node):
         return as_array(value.field("x"), depth + 1)
     if isinstance(value, Selection):
-        return _selected(value, depth + 1)
+        return _select(value, depth + 1)
     if isinstance(value, SparseColumns | SparseRows):
         return _dense(value, depth + 1)
     raise Refused(f"a {type(value).__name__} in place of an array")
 
 
-def _selected(selection: Selection, depth: int) -> np.ndarray:
+def _select(selection: Selection, depth: int) -> np.ndarray:
     whole, ids = as_array(selection.field("a"), depth).reshape(-1), as_array(selection.field("idxs"), depth).reshape(-1)
     shape = selection.field("preferred_shape")
     shape = as_array(shape, depth).tolist() if isinstance(shape, Array) else shape

@@ -1,4 +1,4 @@
-"""What the arrays of an SMPL file must be for a body to be made of them."""
+"""Checks the arrays of an SMPL file."""
 
 from pathlib import Path
 
@@ -13,10 +13,10 @@ _LARGEST = 1e6
 
 
 def check_shapes(path: Path, arrays: dict[str, np.ndarray]) -> Family:
-    """The family whose shapes and kinds these arrays have.
+    """Returns the family that has arrays of these shapes and types.
 
     Raises:
-        BadBody: They are those of none.
+        BadBody: There is none.
     """
     template, weights, shapedirs = (arrays[name] for name in ("v_template", "weights", "shapedirs"))
     verts, joints = len(template) if template.ndim else 0, weights.shape[-1] if weights.ndim else 0
@@ -44,10 +44,11 @@ def check_shapes(path: Path, arrays: dict[str, np.ndarray]) -> Family:
 
 
 def check_values(path: Path, arrays: dict[str, np.ndarray], family: Family) -> None:
-    """Refuse numbers that no body can be made of.
+    """Checks the numbers in the arrays.
 
     Raises:
-        BadBody: NaN, another skeleton than the family's, weights that do not sum to 1, triangles that point nowhere.
+        BadBody: Numbers are NaN, the skeleton is not the family's, weights do not sum to 1, or triangles name vertices
+            that do not exist.
     """
     for name, array in arrays.items():
         least, largest = array.min(initial=0), array.max(initial=0)

@@ -1,4 +1,4 @@
-"""The joints of SMPL, SMPL-H and SMPL-X, and how they reduce to 24."""
+"""Joints of SMPL, SMPL-H and SMPL-X, and their reduction to 24."""
 
 from dataclasses import dataclass
 
@@ -11,14 +11,14 @@ _TERMS = "for non-commercial research only unless licensed; its makers' terms ho
 
 @dataclass(frozen=True)
 class Family:
-    """One kind of body model.
+    """A kind of body model.
 
     Attributes:
-        name: What it is called.
+        name: Name of the kind.
         parents: Parent of each of its joints, -1 for the pelvis.
-        reduced: The one of the 24 joints that each of its joints becomes part of.
-        pivots: The joint of its own that each of the 24 turns about.
-        licence: Where its terms are.
+        reduced: The one of the 24 joints into which each of its joints is merged.
+        pivots: Joint of the family about which each of the 24 turns.
+        licence: Where the terms are published.
     """
 
     name: str
@@ -29,7 +29,7 @@ class Family:
 
 
 def _with_fingers(name: str, face: int, site: str) -> Family:
-    """A family with `face` joints on the head, then five fingers of three joints on each hand.
+    """Makes a family with `face` joints on the head, then five fingers of three joints on each hand.
 
     Index, middle, little and ring finger become the hand, which turns about the middle finger's first joint; the
     thumb becomes the wrist.
@@ -53,4 +53,4 @@ _ALL = (
     _with_fingers("SMPL-X", 3, "smpl-x.is.tue.mpg.de"),
 )
 FAMILIES: dict[int, Family] = {len(family.parents): family for family in _ALL}
-"""By number of joints: 24, 52, 55."""
+"""Families by their number of joints: 24, 52, 55."""

@@ -1,4 +1,4 @@
-"""Close the holes of a body's mesh, such as the eye sockets of SMPL-X: inside must mean something."""
+"""Closes the holes of a body's mesh, such as the eye sockets of SMPL-X, since only closed surfaces have an inside."""
 
 import itertools
 
@@ -7,11 +7,11 @@ import numpy as np
 from hemline.arrays import Faces, Int
 
 
-def without_holes(faces: Faces) -> Int[np.ndarray, "all_faces 3"]:
-    """The triangles, and after them a fan over each hole; no vertex is added.
+def close_holes(faces: Faces) -> Int[np.ndarray, "all_faces 3"]:
+    """Returns the triangles, followed by a fan over each hole; no vertex is added.
 
-    Holes are closed where each vertex of their rims lies on one rim once. Otherwise the triangles are returned as they
-    are, and what needs a closed mesh refuses them.
+    This needs rims that neither touch each other nor themselves. Otherwise the triangles are returned as they are, and
+    code that needs a closed mesh refuses them.
     """
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
     count = int(edges.max()) + 1

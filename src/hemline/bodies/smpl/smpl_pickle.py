@@ -1,4 +1,4 @@
-"""Arrays of a pickled SMPL file, without running anything that it says."""
+"""Reads arrays of a pickled SMPL file, without executing anything in it."""
 
 import io
 import pickle
@@ -13,41 +13,41 @@ _OPCODES_MAX = 300_000
 _TUPLES_MAX = 10_000
 _INTEGERS_MAX = 1_000
 _INTEGER_BITS = 40
-"""Integers of more bits may be made so that all have one hash: a dictionary of many takes time with their square."""
+"""Larger integers can be crafted to share one hash, which makes a dictionary of them slow."""
 _NEVER = frozenset({"PERSID", "BINPERSID", "EXT1", "EXT2", "EXT4", "NEXT_BUFFER", "READONLY_BUFFER", "FROZENSET"})
 _TUPLES = frozenset({"TUPLE", "TUPLE1", "TUPLE2", "TUPLE3"})
 _PUTS = frozenset({"PUT", "BINPUT", "LONG_BINPUT"})
 _INTEGERS = frozenset({"INT", "LONG", "LONG1", "LONG4"})
 
 
-def pickled_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
-    """Those of the named arrays that a pickled dictionary holds.
+def read_pickled_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Reads the named arrays, as far as a pickled dictionary holds them.
 
-    The pickle's instructions are first read through without following them, and refused where they would fill the
-    memory or the stack, or take long. Then they are followed by an unpickler that knows `MAX_STAND_INS` and an `Encoder`,
-    and nothing else, text of Python 2 being latin1. Whatever is not named is never looked at.
+    The pickle's instructions are first scanned without following them, and refused if they would fill the memory or the
+    stack, or take long. Then an unpickler follows them that knows nothing but `STAND_INS` and an `Encoder`. Text of
+    Python 2 is taken as latin1. Entries that are not named are ignored.
 
     Args:
-        content: The whole file.
-        names: Keys to look for.
+        content: Bytes of the file.
+        names: Keys of the arrays.
 
     Raises:
-        Refused: The pickle names anything else, is damaged, holds no dictionary, or an array is none.
+        Refused: The pickle asks for anything else, is damaged, holds no dictionary, or an entry is not an array.
     """
     _check_instructions(content)
     try:
-        found = _InertUnpickler(content).load()
+        content_ = _InertUnpickler(content).load()
     except Refused:
         raise
     except Exception as reason:  # the unpickler raises whatever a damaged pickle provokes
         raise Refused("a damaged pickle") from reason
-    if not isinstance(found, dict):
-        raise Refused(f"a pickled {type(found).__name__} in place of a dictionary")
-    return {name: _named(name, found[name]) for name in names if name in found}
+    if not isinstance(content_, dict):
+        raise Refused(f"a pickled {type(content_).__name__} in place of a dictionary")
+    return {name: _array_of(name, content_[name]) for name in names if name in content_}
 
 
 class _InertUnpickler(pickle.Unpickler):
-    """Gives a stand-in for each name that is known, and refuses all others."""
+    """Unpickler that returns a stand-in for each known name, and refuses all others."""
 
     def __init__(self, content: bytes) -> None:
         super().__init__(io.BytesIO(content), encoding="latin1")
@@ -61,7 +61,7 @@ class _InertUnpickler(pickle.Unpickler):
         return STAND_INS[module, name]
 
 
-def _named(name: str, value: object) -> np.ndarray:
+def _array_of(name: str, value: object) -> np.ndarray:
     try:
         return as_array(value)
     except Refused as reason:
@@ -71,7 +71,7 @@ def _named(name: str, value: object) -> np.ndarray:
 
 
 def _check_instructions(content: bytes) -> None:
-    """Refuse a pickle that is cut off, far too long, or made to exhaust memory, stack or patience."""
+    """Refuses a pickle that is cut off, far too long, or crafted to exhaust memory, stack or time."""
     from pickletools import genops
 
     tuples = integers = 0

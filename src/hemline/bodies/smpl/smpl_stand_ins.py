@@ -1,8 +1,8 @@
-"""What a pickled SMPL file may name, and the inert classes that are put in its place.
+"""Names that a pickled SMPL file may use, and the inert classes that replace them.
 
-Nothing that a pickle names is ever called: numpy, scipy and chumpy are stood in for by classes that only keep what they
-are given. Arrays are made afterwards, from bytes whose number must agree with the shape that is claimed. The classes
-are sealed, since a pickle can also set attributes.
+Nothing that a pickle names is ever called: classes that only store what they are given replace numpy, scipy and chumpy.
+Arrays are made afterwards, from bytes whose number must match the claimed shape. The classes are sealed, since a pickle
+can also set attributes.
 """
 
 import math
@@ -15,23 +15,23 @@ _LENGTH_MAX = 2**40
 
 
 class Refused(ValueError):
-    """Content that is not made into arrays; the text says what was found."""
+    """Content that is not converted into arrays; the text says what was found."""
 
 
 def is_length(value: object) -> bool:
-    """Whether it is a number of entries that an axis could have."""
+    """Whether a value can be the length of an axis."""
     return type(value) is int and 0 <= value < _LENGTH_MAX
 
 
 class Sealed(type):
-    """The class of all stand-ins: none of their attributes can be set."""
+    """Metaclass of all stand-ins: their attributes cannot be set."""
 
     def __setattr__(cls, name: str, value: object) -> None:
         raise Refused(f"an attempt to set '{name[:40]}' of a class")
 
 
 class StandIn(metaclass=Sealed):
-    """Keeps the state that a pickle gives it, and does nothing."""
+    """Stores the state that a pickle gives it, and does nothing."""
 
     __slots__ = ("state",)
     state: Any
@@ -45,7 +45,7 @@ class StandIn(metaclass=Sealed):
         self.state = state
 
     def field(self, *names: str) -> Any:
-        """The first of these entries that the state has."""
+        """Returns the first of these entries that the state has."""
         state = self.state if isinstance(self.state, dict) else {}
         for name in names:
             if name in state:
@@ -54,7 +54,7 @@ class StandIn(metaclass=Sealed):
 
 
 class Unread(StandIn):
-    """A set, an ordered dictionary or a plain object: its content is dropped."""
+    """Stands in for a set, an ordered dictionary or a plain object, whose content is dropped."""
 
     __slots__ = ()
 
@@ -65,13 +65,13 @@ class Unread(StandIn):
 
 
 class Encoder(StandIn):
-    """`_codecs.encode`: bytes that an older protocol writes as text.
+    """Stands in for `_codecs.encode`: bytes that an older protocol writes as text.
 
-    A pickle may name a text once and have it encoded any number of times, so the bytes are counted: a file cannot
-    rightly make more of them than it is long.
+    A pickle may name a text once and have it encoded any number of times. So the bytes are counted: a file cannot
+    rightly make more of them than its own size.
 
     Args:
-        left: How many bytes may be made in all.
+        left: Number of bytes that may be made in all.
     """
 
     __slots__ = ("_left",)
@@ -92,7 +92,7 @@ class Encoder(StandIn):
 
 
 class NoBytes(StandIn):
-    """`bytes`, by which older protocols write that there are none."""
+    """Stands in for `bytes`, by which older protocols write that there are none."""
 
     __slots__ = ()
 
@@ -103,7 +103,7 @@ class NoBytes(StandIn):
 
 
 class Dtype(StandIn):
-    """`numpy.dtype` of plain numbers."""
+    """Stands in for `numpy.dtype` of plain numbers."""
 
     __slots__ = ("code",)
 
@@ -112,8 +112,8 @@ class Dtype(StandIn):
         made.code = code
         return made
 
-    def made(self) -> np.dtype:
-        """The type itself, in the byte order that the state says."""
+    def to_numpy(self) -> np.dtype:
+        """Returns the NumPy type, in the byte order of the state."""
         order = self.state[1] if isinstance(self.state, tuple) and len(self.state) > 1 else "="
         if not (isinstance(self.code, str) and re.fullmatch("f[248]|[iu][1248]|b1", self.code) and order in "<>=|"):
             raise Refused(f"an array of {str(self.code)[:20]!r}")
@@ -121,16 +121,16 @@ class Dtype(StandIn):
 
 
 class Array(StandIn):
-    """`numpy.ndarray`; its state is (version, shape, type, whether by columns, bytes)."""
+    """Stands in for `numpy.ndarray`; its state is (version, shape, type, whether by columns, bytes)."""
 
     __slots__ = ()
 
-    def made(self) -> np.ndarray:
-        """The array, which is as large as its bytes and no larger."""
+    def to_numpy(self) -> np.ndarray:
+        """Returns the array; its shape must match the number of its bytes."""
         if not (isinstance(self.state, tuple) and len(self.state) == 5 and isinstance(self.state[2], Dtype)):
             raise Refused("an array without content")
         _, shape, dtype, by_columns, content = self.state
-        kind, content = dtype.made(), content.encode("latin1") if isinstance(content, str) else content
+        kind, content = dtype.to_numpy(), content.encode("latin1") if isinstance(content, str) else content
         if not isinstance(content, bytes | bytearray):
             raise Refused("an array of objects")
         if not (isinstance(shape, tuple) and len(shape) <= 4 and all(is_length(each) for each in shape)):
@@ -141,7 +141,7 @@ class Array(StandIn):
 
 
 class Reconstruct(StandIn):
-    """`_reconstruct` of numpy, an empty array, and `copyreg._reconstructor`, an empty object."""
+    """Stands in for `_reconstruct` of numpy, an empty array, and `copyreg._reconstructor`, an empty object."""
 
     __slots__ = ()
 
@@ -152,7 +152,7 @@ class Reconstruct(StandIn):
 
 
 class Scalar(StandIn):
-    """`scalar` of numpy, an array without axes."""
+    """Stands in for `scalar` of numpy, an array without axes."""
 
     __slots__ = ()
 
@@ -163,7 +163,7 @@ class Scalar(StandIn):
 
 
 class FromBuffer(StandIn):
-    """`_frombuffer` of numpy, which protocol 5 writes."""
+    """Stands in for `_frombuffer` of numpy, which protocol 5 writes."""
 
     __slots__ = ()
 
@@ -174,25 +174,25 @@ class FromBuffer(StandIn):
 
 
 class Node(StandIn):
-    """`chumpy.ch.Ch`: a variable that holds an array `x`."""
+    """Stands in for `chumpy.ch.Ch`, a variable that holds an array `x`."""
 
     __slots__ = ()
 
 
 class Selection(StandIn):
-    """`chumpy.reordering.Select`: entries `idxs` of the array `a`, in `preferred_shape`."""
+    """Stands in for `chumpy.reordering.Select`: entries `idxs` of the array `a`, in `preferred_shape`."""
 
     __slots__ = ()
 
 
 class SparseColumns(StandIn):
-    """`scipy.sparse.csc_matrix`."""
+    """Stands in for `scipy.sparse.csc_matrix`."""
 
     __slots__ = ()
 
 
 class SparseRows(StandIn):
-    """`scipy.sparse.csr_matrix`."""
+    """Stands in for `scipy.sparse.csr_matrix`."""
 
     __slots__ = ()
 
@@ -213,7 +213,7 @@ STAND_INS: dict[tuple[str, str], type] = {
     **{(f"scipy.sparse.{mark}csc", "csc_matrix"): SparseColumns for mark in ("", "_")},
     **{(f"scipy.sparse.{mark}csr", "csr_matrix"): SparseRows for mark in ("", "_")},
 }
-"""All that a pickle may name, by module and name, besides `ENCODE`."""
+"""Stand-ins by module and name; a pickle may name these and `ENCODE`, and nothing else."""
 
 ENCODE = ("_codecs", "encode")
-"""Stood in for by an `Encoder`, one for each file."""
+"""Function that an `Encoder` stands in for, one for each file."""

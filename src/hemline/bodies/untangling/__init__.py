@@ -1,1 +1,1 @@
-"""Limbs moved out of the torso and out of each other."""
+"""Moves limbs out of the torso and out of each other."""

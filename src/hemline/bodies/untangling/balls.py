@@ -1,4 +1,4 @@
-"""Balls that fill a body and move with its skin: a cheap stand-in for where limbs run into each other."""
+"""Fills a body with balls that move with its skin, to find cheaply where limbs overlap."""
 
 import functools
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ from hemline.motions import JOINT_NAMES
 from .parts import PART_ROOTS, at_crease, closed_parts, part_of_vertex
 
 BALLS_OF_PART = {"pelvis": 90, "shoulder": 10, "elbow": 28, "hip": 14, "knee": 28}
-"""Balls in each part, by the joint that it hangs from."""
+"""Number of balls in each part, by the joint that the part hangs from."""
 
 _LIMB_OF_PART = np.array([0, 1, 1, 2, 2, 3, 3, 4, 4])
-_COVERED = 0.006
-"""A vertex is covered by a ball that ends less than this below it [m]."""
-_TRIED = 300
-"""Largest balls that are looked at in each part."""
+_COVER_DISTANCE = 0.006
+"""A ball covers the vertices that are less than this above it [m]."""
+_CANDIDATES = 300
+"""Number of largest balls that are considered in each part."""
 
-_APART = 0.005
+_LEAST_GAP = 0.005
 """Balls of two limbs that are nearer than this at rest are never tested against each other [m]."""
 
 
@@ -32,11 +32,11 @@ class Balls:
     """Balls inside a shaped body at rest, each touching the skin from within.
 
     Attributes:
-        centres: At rest [m].
-        radii: [m].
+        centres: Centres at rest [m].
+        radii: Radii [m].
         weight_indices: Joints that move each ball.
-        weights: Their shares.
-        pairs: Two balls of different limbs that may meet.
+        weights: Weights of these joints.
+        pairs: Pairs of balls of different limbs that may overlap.
         limb_pairs: Number of the pair of limbs that each pair belongs to.
     """
 
@@ -50,7 +50,7 @@ class Balls:
 
 @functools.lru_cache(maxsize=8)
 def fill_with_balls(shaped: BodyShape) -> Balls:
-    """Balls that fill a body part by part: from many largest ones, those that cover the most skin, one by one.
+    """Fills a body with balls, part by part: among many largest balls, those that cover the most skin are chosen.
 
     Args:
         shaped: The body.
@@ -62,11 +62,11 @@ def fill_with_balls(shaped: BodyShape) -> Balls:
     chosen = []
     for index, root in enumerate(PART_ROOTS):
         own = np.flatnonzero(part == index)
-        tried = own[_spread(areas[own], _TRIED)]
+        tried = own[_sample_by_area(areas[own], _CANDIDATES)]
         count = BALLS_OF_PART[root.split("_")[-1]]
         chosen.append(_cover(shaped.vertices[own], areas[own], tried, *_largest_balls(shaped, tried), count))
     first, second, centres, radii = (np.concatenate(each) for each in zip(*chosen, strict=True))
-    indices, weights = _shared_weights(shaped, first, second)
+    indices, weights = _mean_weights(shaped, first, second)
     pairs, limb_pairs = _pairs(shaped, centres, radii, part[first])
     return Balls(centres.astype(np.float32), radii.astype(np.float32), indices, weights, pairs, limb_pairs)
 
@@ -76,14 +76,14 @@ def _vertex_areas(shaped: BodyShape) -> np.ndarray:
     return np.bincount(shaped.body.faces.ravel(), np.repeat(areas, 3), len(shaped.vertices)) / 3
 
 
-def _spread(areas: np.ndarray, count: int) -> np.ndarray:
-    """About `count` indices, more where the skin is wide."""
-    shares = np.cumsum(areas) / areas.sum()
-    return np.unique(np.minimum(np.searchsorted(shares, (np.arange(count) + 0.5) / count), len(areas) - 1))
+def _sample_by_area(areas: np.ndarray, count: int) -> np.ndarray:
+    """Returns about `count` indices, in proportion to the area of the skin."""
+    fractions = np.cumsum(areas) / areas.sum()
+    return np.unique(np.minimum(np.searchsorted(fractions, (np.arange(count) + 0.5) / count), len(areas) - 1))
 
 
 def _largest_balls(shaped: BodyShape, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Another vertex that is touched, centre and radius of the largest ball within that touches each given vertex."""
+    """Returns the largest inner ball at each given vertex: another vertex that it touches, its centre, its radius."""
     from scipy.spatial import KDTree
 
     vertices = shaped.vertices.astype(np.float64)
@@ -110,9 +110,9 @@ def _cover(
     radii: np.ndarray,
     count: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The balls that greedily cover the widest skin."""
+    """Chooses balls greedily, so that they cover the largest area of skin."""
     distances = np.linalg.norm(centres[:, None] - points[None], axis=2)
-    covers = (distances < radii[:, None] + _COVERED).astype(np.float32)
+    covers = (distances < radii[:, None] + _COVER_DISTANCE).astype(np.float32)
     uncovered, chosen = areas.astype(np.float32), []
     for _ in range(count):
         chosen.append(int(np.argmax(covers @ uncovered)))
@@ -120,8 +120,8 @@ def _cover(
     return touching[chosen], other[chosen], centres[chosen], radii[chosen]
 
 
-def _shared_weights(shaped: BodyShape, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Skin weights of balls: the mean over the two vertices that each touches, strongest first."""
+def _mean_weights(shaped: BodyShape, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns skin weights of balls: the mean over the two vertices that each touches, strongest first."""
     body = shaped.body
     dense = np.zeros((len(first), len(JOINT_NAMES)))
     for vertices in (first, second):
@@ -134,21 +134,21 @@ def _shared_weights(shaped: BodyShape, first: np.ndarray, second: np.ndarray) ->
 def _pairs(
     shaped: BodyShape, centres: np.ndarray, radii: np.ndarray, part: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of balls of different limbs, without those at the crease between the two and those that touch at rest."""
+    """Returns pairs of balls of different limbs, without those at the crease between them or touching at rest."""
     limb = _LIMB_OF_PART[part]
     first, second = np.nonzero(limb[:, None] < limb[None, :])
     apart = np.linalg.norm(centres[first] - centres[second], axis=1) - radii[first] - radii[second]
     near = _near_own_crease(shaped, centres)  # (limbs, balls)
     on_torso = near[limb[second], first] | near[limb[second], second]
     between_legs = near[limb[first], first] & near[limb[second], second]
-    kept = (apart > _APART) & ~np.where(limb[first] == 0, on_torso, between_legs)
+    kept = (apart > _LEAST_GAP) & ~np.where(limb[first] == 0, on_torso, between_legs)
     _, numbers = np.unique(len(near) * limb[first[kept]] + limb[second[kept]], return_inverse=True)
     pairs = np.column_stack([first[kept], second[kept]])
     return pairs.astype(np.int32), numbers.astype(np.int32)
 
 
 def _near_own_crease(shaped: BodyShape, centres: np.ndarray) -> np.ndarray:
-    """Which balls lie at the crease between each limb and the torso; none for the torso itself."""
+    """Returns which balls lie at the crease between each limb and the torso; none for the torso itself."""
     near, rims = np.zeros((1 + max(_LIMB_OF_PART), len(centres)), dtype=bool), closed_parts(shaped.body)[0].rims
     middles = np.array([shaped.vertices[rim].mean(axis=0) for rim in rims])
     for limb, root in enumerate(("left_shoulder", "right_shoulder", "left_hip", "right_hip"), start=1):

@@ -1,4 +1,4 @@
-"""Where a posed body runs into itself: no cloth can lie right there."""
+"""Finds where a posed body overlaps itself, so that no cloth can lie there."""
 
 import numpy as np
 from jaxtyping import Float
@@ -14,10 +14,10 @@ _SLABS = 256
 
 
 def overlapping(posed: PosedBody) -> Mask:
-    """Vertices of a posed body that lie inside another part of it, by winding number.
+    """Returns a mask of the vertices of a posed body that lie inside another part of it, by winding number.
 
-    Nine parts (torso, upper arms, forearms, thighs, shanks) are closed where they were cut. Near its own joint a part
-    always touches its neighbour, so vertices within one and a half radii of the cut are not tested against that one.
+    Nine parts (torso, upper arms, forearms, thighs, shanks) are closed where they were cut. Near their joint two
+    parts always touch, so vertices within one and a half radii of a cut are not tested against the neighbour.
 
     Args:
         posed: The body.
@@ -33,7 +33,7 @@ def overlapping(posed: PosedBody) -> Mask:
 
 
 def overlap_percent(shaped: ShapedBody, motion: Motion) -> Float[np.ndarray, " frames"]:
-    """Share of the body's vertices that lie inside another part of it, in each frame [percent].
+    """Returns the percentage of the body's vertices that lie inside another part of it, in each frame.
 
     Args:
         shaped: The body.

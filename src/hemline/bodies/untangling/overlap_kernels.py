@@ -1,8 +1,8 @@
 """Compiled winding numbers of a closed mesh about points, by signed crossings of a ray along x.
 
-Here the points are vertices of the same body, and as bodies are symmetric their rays meet corners and edges exactly: so
-ties are broken by moving the point. `collide.winding.winding_kernels` asks any points in a grid, and
-`collide.projection.ray_kernels` asks them in real time, in float32 and by leaves of the body's surface.
+Here the points are vertices of the same body. As bodies are symmetric, their rays meet corners and edges exactly, so
+ties are broken by moving the point. `collide.winding.winding_kernels` tests any points in a grid, and
+`collide.projection.ray_kernels` tests them in real time, in float32 and by leaves of the body's surface.
 """
 
 import numpy as np
@@ -11,29 +11,33 @@ from hemline.compiled import kernel
 
 
 @kernel
-def _left_of(y0, z0, y1, z1, y, z):
-    """On which side of a directed edge a point lies, seen along x."""
+def _side_of_edge(y0, z0, y1, z1, y, z):
+    """Returns a number whose sign is the side of a directed edge on which a point lies, seen along x."""
     return (y1 - y0) * (z - z0) - (z1 - z0) * (y - y0)
 
 
 @kernel
 def _side(vertices, a, b, y, z):
-    """True on the left of the edge a to b, seen along x.
+    """Whether a point lies on the left of the edge a to b, seen along x.
 
-    A point on the edge counts as moved a little along y, then less along z, and an edge is always looked at in the same
-    direction: so no ray slips between two faces, or hits both, even where it meets a vertex (bodies are symmetric).
+    A point on the edge is moved a little along y, then less along z, and an edge is always tested in the same
+    direction. So no ray slips between two faces, or hits both, even where it meets a vertex (bodies are symmetric).
     """
     swap = b < a
     low, high = (b, a) if swap else (a, b)
     y0, z0, y1, z1 = vertices[low, 1], vertices[low, 2], vertices[high, 1], vertices[high, 2]
-    side = _left_of(y0, z0, y1, z1, y, z)
+    side = _side_of_edge(y0, z0, y1, z1, y, z)
     left = side > 0 or (side == 0 and (z1 < z0 or (z1 == z0 and y1 > y0)))
     return left != swap
 
 
 @kernel
 def _bounds(vertices, faces, bounds_out):
-    """Lowest and highest coordinates of a mesh. out: bounds (2, 3)."""
+    """Computes the lowest and highest coordinates of a mesh.
+
+    # in:  vertices (verts, 3) [m], faces (faces, 3)
+    # out: bounds_out (2, 3) [m]
+    """
     for c in range(3):
         bounds_out[0, c], bounds_out[1, c] = np.inf, -np.inf
     for f in range(len(faces)):
@@ -45,7 +49,7 @@ def _bounds(vertices, faces, bounds_out):
 
 @kernel
 def _faces_by_slab(vertices, faces, low, scale, starts_out):
-    """Faces listed by slabs of equal height; one that reaches through several is listed in each."""
+    """Lists faces by slabs of equal height; a face is listed in each slab that it reaches."""
     count = len(starts_out) - 2
     first, last = np.empty(len(faces), dtype=np.int32), np.empty(len(faces), dtype=np.int32)
     starts_out[:] = 0
@@ -67,16 +71,16 @@ def _faces_by_slab(vertices, faces, low, scale, starts_out):
 
 @kernel
 def _crossing(vertices, a, b, c, x, y, z):
-    """+1 or -1 where the ray from a point along x passes a face outwards or inwards, else 0."""
+    """Returns +1 or -1 if the ray from a point along x crosses a face outwards or inwards, else 0."""
     za, zb, zc = vertices[a, 2], vertices[b, 2], vertices[c, 2]
     if min(za, zb, zc) > z or max(za, zb, zc) < z or max(vertices[a, 0], vertices[b, 0], vertices[c, 0]) < x:
         return 0
     left = _side(vertices, a, b, y, z)
     if left != _side(vertices, b, c, y, z) or left != _side(vertices, c, a, y, z):
         return 0
-    share_a = _left_of(vertices[b, 1], zb, vertices[c, 1], zc, y, z)
-    share_b = _left_of(vertices[c, 1], zc, vertices[a, 1], za, y, z)
-    share_c = _left_of(vertices[a, 1], za, vertices[b, 1], zb, y, z)
+    share_a = _side_of_edge(vertices[b, 1], zb, vertices[c, 1], zc, y, z)
+    share_b = _side_of_edge(vertices[c, 1], zc, vertices[a, 1], za, y, z)
+    share_c = _side_of_edge(vertices[a, 1], za, vertices[b, 1], zb, y, z)
     total = share_a + share_b + share_c
     if total == 0:
         return 0
@@ -86,10 +90,10 @@ def _crossing(vertices, a, b, c, x, y, z):
 
 @kernel
 def mark_inside(vertices, faces, tested, slabs, inside_out):
-    """Mark vertices about which a closed mesh winds. in: vertices (float64), faces, tested ids, number of slabs.
+    """Marks vertices with a positive winding number. Faces are sorted into slabs of equal height to test few each.
 
-    out: inside (verts,) bool, set where the winding number is positive and left alone elsewhere. Faces are sorted into
-    slabs of equal height, so that each vertex looks at few.
+    # in:  vertices (verts, 3) float64 [m], faces (faces, 3), tested (tested,): ids, slabs: number of slabs
+    # out: inside_out (verts,) bool, set where the winding number is positive and unchanged elsewhere
     """
     bounds = np.empty((2, 3))
     _bounds(vertices, faces, bounds)

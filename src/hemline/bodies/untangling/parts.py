@@ -1,4 +1,4 @@
-"""The body cut into nine closed parts: torso with head, upper arms, forearms with hands, thighs, shanks with feet."""
+"""Cuts the body into nine closed parts: torso with head, upper arms, forearms with hands, thighs, shanks with feet."""
 
 import functools
 from dataclasses import dataclass
@@ -24,17 +24,17 @@ PART_ROOTS = (
 """The joint that each part hangs from."""
 
 CREASE = 1.5
-"""Radii of the cut within which two neighbours touch by nature, and are not tested against each other."""
+"""Distance from a cut, in radii of it, within which neighbours always touch and are not tested against each other."""
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """One part of the mesh, its cuts closed by cones.
+class BodyPart:
+    """A part of the mesh, with its cuts closed by cones.
 
     Attributes:
-        faces: Its triangles; indices from the number of vertices up are apexes.
-        rims: Vertices of each cut, whose mean is the apex, one array a cut.
-        tested: Vertices of other parts, but for those at the crease beside it.
+        faces: Triangles of the part; indices from the number of vertices up are apexes of cones.
+        rims: Vertices of each cut, whose mean is the apex, one array per cut.
+        tested: Vertices of other parts, except those at the crease beside this one.
     """
 
     faces: Int[np.ndarray, "faces 3"]
@@ -44,7 +44,7 @@ class Part:
 
 @functools.lru_cache(maxsize=8)
 def part_of_joint(body: BodyModel) -> tuple[int, ...]:
-    """Which part each joint belongs to."""
+    """Returns the part that each joint belongs to."""
     parts: list[int] = []
     for joint, parent in enumerate(body.parents):
         name = JOINT_NAMES[joint]
@@ -54,7 +54,7 @@ def part_of_joint(body: BodyModel) -> tuple[int, ...]:
 
 @functools.lru_cache(maxsize=8)
 def part_of_vertex(body: BodyModel) -> Int[np.ndarray, " verts"]:
-    """The part that moves each vertex most."""
+    """Returns the part that moves each vertex most."""
     shares = np.zeros((len(body.template), len(PART_ROOTS)))
     columns = np.array(part_of_joint(body))[body.weight_indices]
     np.add.at(shares, (np.arange(len(shares))[:, None], columns), body.weights)
@@ -62,8 +62,8 @@ def part_of_vertex(body: BodyModel) -> Int[np.ndarray, " verts"]:
 
 
 @functools.lru_cache(maxsize=8)
-def closed_parts(body: BodyModel) -> tuple[Part, ...]:
-    """All parts of a body, in the order of `PART_ROOTS`."""
+def closed_parts(body: BodyModel) -> tuple[BodyPart, ...]:
+    """Returns all parts of a body, in the order of `PART_ROOTS`."""
     part, apex = part_of_vertex(body), len(body.template)
     # a triangle belongs to the part of two of its corners
     owners = np.median(part[body.faces], axis=1).astype(np.int64)
@@ -74,12 +74,12 @@ def closed_parts(body: BodyModel) -> tuple[Part, ...]:
         apex += len(rims)
         near = np.any([at_crease(body.template, rim, body.template) for rim in rims], axis=0)
         tested = np.flatnonzero((part != index) & ~near).astype(np.int32)
-        parts.append(Part(np.concatenate([faces, caps]).astype(np.int32), rims, tested))
+        parts.append(BodyPart(np.concatenate([faces, caps]).astype(np.int32), rims, tested))
     return tuple(parts)
 
 
 def _caps(faces: np.ndarray, first_apex: int) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-    """Triangles from each boundary edge to the apex of its cut, and the vertices of each cut."""
+    """Returns triangles from each boundary edge to the apex of its cut, and the vertices of each cut."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -95,7 +95,7 @@ def _caps(faces: np.ndarray, first_apex: int) -> tuple[np.ndarray, tuple[np.ndar
 
 
 def at_crease(vertices: Vertices, rim: Int[np.ndarray, " rim"], points: Points) -> Bool[np.ndarray, " points"]:
-    """Points within `CREASE` radii of a cut.
+    """Returns a mask of the points within `CREASE` radii of a cut.
 
     Args:
         vertices: The body at rest [m].

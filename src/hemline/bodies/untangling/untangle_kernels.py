@@ -1,4 +1,4 @@
-"""Compiled Gauss-Newton system of balls that overlap. Plain arrays: in, then out."""
+"""Compiled kernels of `untangling`: the Gauss-Newton system of overlapping balls."""
 
 import numpy as np
 
@@ -7,7 +7,11 @@ from hemline.compiled import kernel
 
 @kernel
 def deepest_overlaps(centres, radii, pairs, limb_pairs, deepest_out):
-    """Deepest overlap of each pair of limbs, 0 where none. in: balls posed, pairs. out: deepest (limb pairs,)."""
+    """Computes the deepest overlap of each pair of limbs, 0 where there is none.
+
+    # in:  centres (balls, 3) posed [m], radii (balls,) [m], pairs (pairs, 2), limb_pairs (pairs,)
+    # out: deepest_out (limb pairs,) [m]
+    """
     deepest_out[:] = 0
     for k in range(len(pairs)):
         a, b = pairs[k, 0], pairs[k, 1]
@@ -22,11 +26,12 @@ def deepest_overlaps(centres, radii, pairs, limb_pairs, deepest_out):
 def add_overlaps(
     centres, radii, pairs, limb_pairs, gaps, ramp, joints, axes, shares, scales, matrix_out, vector_out, columns_out
 ):
-    r"""Add J^T J and J^T f of all overlaps, f = d^2 / (2 s) up to the ramp s and d - s/2 beyond, d = reach - distance.
+    r"""Adds J^T J and J^T f of all overlaps, f = d^2 / (2 s) up to the ramp s and d - s/2 beyond, d = reach - distance.
 
-    in: balls posed, pairs, the gap that each pair of limbs is to keep, ramp s; of the joints that may turn: positions
-    (joints, 3), axes in the world (joints, 3, 3), shares of each ball (balls, joints), scale of each column.
-    out: matrix (3 joints, 3 joints) and vector (3 joints), added to; columns (3 joints), scratch.
+    # in:  centres (balls, 3) posed [m], radii (balls,) [m], pairs (pairs, 2), limb_pairs (pairs,); gaps (limb pairs,)
+    #      to keep [m]; ramp s [m]; joints (joints, 3) that may turn [m], axes (joints, 3, 3) in the world, shares
+    #      (balls, joints): how much each ball moves with each joint; scales (joints,) of the columns
+    # out: matrix_out (3 joints, 3 joints) and vector_out (3 joints,), added to; columns_out (3 joints,), scratch
     """
     count = len(joints)
     for k in range(len(pairs)):

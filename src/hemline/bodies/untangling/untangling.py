@@ -1,4 +1,4 @@
-"""Lift limbs out of the torso and out of each other, a little and smoothly."""
+"""Lifts limbs out of the torso and out of each other, smoothly and by a little."""
 
 import functools
 from dataclasses import dataclass, replace
@@ -16,9 +16,9 @@ from .balls import Balls, fill_with_balls
 from .untangle_kernels import add_overlaps, deepest_overlaps
 
 LIMIT_DEG = 15.0
-"""No joint of a pose is turned by more than this; in a motion by no more in each pass."""
+"""Largest turn of a joint of a pose, and of a motion in each pass [deg]."""
 PASSES = 2
-"""How often a motion is gone through: limbs that were lifted out of one place may be in another."""
+"""Number of passes over a motion: limbs that were lifted out of one place may be in another."""
 
 TURNED = tuple(
     JOINT_NAMES.index(f"{side}_{name}") for name in ("shoulder", "elbow", "hip", "knee") for side in ("left", "right")
@@ -26,15 +26,16 @@ TURNED = tuple(
 """Joints that may be turned."""
 
 _STIFFNESS = np.repeat([1e-3, 2e-2, 4e-3, 4e-2], 6)
-"""What turning each joint costs against overlap [m^2/rad^2]: shoulders, elbows, hips, knees."""
+"""Cost of turning shoulders, elbows, hips and knees, relative to overlap [m^2/rad^2]."""
 _GAP, _GAP_RAMP = 0.012, 0.01
-"""Room that limbs get which overlapped; it grows with their overlap, up to this overlap [m]."""
+"""Gap between limbs that overlapped, and the overlap up to which the gap grows [m]."""
 _RAMP = 0.005
 _STEPS, _DAMPING = 10, 1.0
 _SMOOTHING = 0.06
 """Width of the Gaussian by which a motion's corrections are smoothed in time [s]."""
-_AHEAD = 2.0
-"""So many widths before and after a frame its correction is held, so that smoothing leaves it whole."""
+_HOLD = 2.0
+"""Time for which a correction is held before and after its frame, in widths of the Gaussian, so that smoothing does not
+reduce it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +43,8 @@ class Untangling:
     """A pose whose limbs were lifted out of each other.
 
     Attributes:
-        pose: The pose after it.
-        degrees: How far each joint was turned [deg].
+        pose: The untangled pose.
+        degrees: Angle by which each joint was turned [deg].
     """
 
     pose: Pose
@@ -55,8 +56,8 @@ class MotionUntangling:
     """A motion whose limbs were lifted out of each other.
 
     Attributes:
-        motion: The motion after it.
-        degrees: How far each joint was turned in each frame [deg].
+        motion: The untangled motion.
+        degrees: Angle by which each joint was turned in each frame [deg].
     """
 
     motion: Motion
@@ -64,31 +65,32 @@ class MotionUntangling:
 
 
 def untangle(shaped: BodyShape, pose: Pose) -> Untangling:
-    r"""The pose nearest to the given one in which limbs overlap less, and how far it is from it.
+    r"""Returns the nearest pose in which limbs overlap less, and how far each joint was turned.
 
     Minimises, by a fixed number of damped Gauss-Newton steps over small rotations $\theta$ of shoulders, elbows, hips
     and knees,
 
     $$\tfrac12 \sum_{\text{pairs}} f(r_a + r_b + g - |c_a - c_b|)^2 + \tfrac12 \sum_j k_j |\theta_j|^2$$
 
-    over pairs of balls that fill the limbs, f a smooth ramp. The gap g grows from 0 with the overlap of the two limbs,
-    so that the result is continuous in the pose, and the very same pose where nothing overlaps. No joint turns by more
-    than `LIMIT_DEG`. Neighbours are left alone at their crease, and parts of one limb (forearm on upper arm) too.
+    The sum is over pairs of balls that fill the limbs, and f is a smooth ramp. The gap g grows from 0 with the overlap
+    of the two limbs, so the result is continuous in the pose, and the very same pose if nothing overlaps. No joint
+    turns by more than `LIMIT_DEG`. Neighbours are ignored at their crease, and so are parts of one limb (forearm on
+    upper arm).
 
     Args:
         shaped: The body.
         pose: The pose.
     """
     turns = _turns(shaped, pose)
-    rotations = _turned(pose.rotations[None], turns[None])[0] if turns.any() else pose.rotations
+    rotations = _apply_turns(pose.rotations[None], turns[None])[0] if turns.any() else pose.rotations
     return Untangling(replace(pose, rotations=rotations), _degrees(turns[None])[0])
 
 
 def untangle_motion(shaped: BodyShape, motion: Motion) -> MotionUntangling:
-    """Untangle each pose of a motion, and smooth the corrections in time without making them smaller.
+    """Untangles each pose of a motion, and smooths the corrections in time without making them smaller.
 
-    A hand that is inside a leg for a single frame is lifted out of it as far as one that stays there, and begins to
-    give way before.
+    A hand that is inside a leg for a single frame is lifted out as far as one that stays there, and starts to move out
+    before.
 
     Args:
         shaped: The body.
@@ -99,15 +101,16 @@ def untangle_motion(shaped: BodyShape, motion: Motion) -> MotionUntangling:
         turns = np.array([_turns(shaped, done[frame]) for frame in range(len(done))])
         if not turns.any():
             break
-        turns = _spread(turns, _SMOOTHING * motion.fps)
-        done = replace(done, rotations=_turned(done.rotations, turns).astype(np.float32))
+        turns = _smooth_turns(turns, _SMOOTHING * motion.fps)
+        done = replace(done, rotations=_apply_turns(done.rotations, turns).astype(np.float32))
     between = multiply(done.rotations.astype(np.float64), inverse(motion.rotations.astype(np.float64)))
     return MotionUntangling(done, np.rad2deg(angle(between)).astype(np.float32))
 
 
-def _spread(turns: np.ndarray, width: float) -> np.ndarray:
-    """Rotation vectors (frames, turned, 3) smoothed over time [frames]: their lengths under a smooth hull, their
-    directions weighed by their lengths.
+def _smooth_turns(turns: np.ndarray, width: float) -> np.ndarray:
+    """Smooths rotation vectors (frames, turned, 3) over time; `width` is in frames.
+
+    Lengths are replaced by their smooth hull, directions are averaged with their lengths as weights.
     """
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
@@ -115,13 +118,13 @@ def _spread(turns: np.ndarray, width: float) -> np.ndarray:
         return gaussian_filter1d(values, width, axis=0, mode="nearest")
 
     length = np.linalg.norm(turns, axis=2, keepdims=True)
-    hull = smooth(maximum_filter1d(length, 2 * round(_AHEAD * width) + 1, axis=0, mode="nearest"))
+    hull = smooth(maximum_filter1d(length, 2 * round(_HOLD * width) + 1, axis=0, mode="nearest"))
     direction = smooth(length * turns)
     return hull * direction / np.maximum(np.linalg.norm(direction, axis=2, keepdims=True), 1e-12)
 
 
-def _turned(rotations: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Local rotations (frames, joints, 4) after turns (frames, turned, 3) in the parents' frames."""
+def _apply_turns(rotations: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Returns local rotations (frames, joints, 4) after turns (frames, turned, 3) in the parents' frames."""
     result = rotations.astype(np.float64)
     result[:, TURNED] = multiply(from_axis_angle(turns), result[:, TURNED])
     return result
@@ -134,7 +137,7 @@ def _degrees(turns: np.ndarray) -> np.ndarray:
 
 
 def _turns(shaped: BodyShape, pose: Pose) -> Float[np.ndarray, "turned 3"]:
-    """Rotation vectors of the joints in `TELEPORT_ANGLE`, in their parents' frames; all zero where nothing overlaps [rad]."""
+    """Returns rotation vectors of the joints in `TURNED`, in their parents' frames; zero if nothing overlaps [rad]."""
     balls, free = fill_with_balls(shaped), np.zeros(3 * len(TURNED))
     transforms, _ = shaped.transforms_of(pose.rotations[None], pose.translation[None])
     centres = skin_points(transforms[0], balls.weight_indices, balls.weights, balls.centres)
@@ -149,9 +152,9 @@ def _turns(shaped: BodyShape, pose: Pose) -> Float[np.ndarray, "turned 3"]:
 
 
 def _step(shaped: BodyShape, pose: Pose, balls: Balls, gaps: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """One Gauss-Newton step of the free parameters."""
+    """Returns a Gauss-Newton step of the free parameters."""
     scales = _scales(free)
-    rotations = _turned(pose.rotations[None], (free.reshape(-1, 3) * scales[:, None])[None]).astype(np.float32)
+    rotations = _apply_turns(pose.rotations[None], (free.reshape(-1, 3) * scales[:, None])[None]).astype(np.float32)
     transforms, joints = shaped.transforms_of(rotations, pose.translation[None])
     centres = skin_points(transforms[0], balls.weight_indices, balls.weights, balls.centres)
     matrix, vector = np.diag(_STIFFNESS), _STIFFNESS * free
@@ -177,21 +180,21 @@ def _step(shaped: BodyShape, pose: Pose, balls: Balls, gaps: np.ndarray, free: n
 
 
 def _scales(free: np.ndarray) -> np.ndarray:
-    """Factors that keep each rotation vector below the limit, smoothly."""
+    """Returns factors that keep each rotation vector below the limit, smoothly."""
     lengths = np.linalg.norm(free.reshape(-1, 3), axis=1)
     return 1 / np.sqrt(1 + (lengths / np.deg2rad(LIMIT_DEG)) ** 2)
 
 
 @functools.lru_cache(maxsize=8)
 def _from_rest(body: BodyModel) -> Float[np.ndarray, "turned 3 3"]:
-    """Rotations from the T-pose to the template's own pose, of the parents of the joints that may turn."""
+    """Returns rotations from the T-pose to the template's own pose, of the parents of the joints that may turn."""
     offsets = to_matrix(body.rest_offsets[body.parents[list(TURNED)]].astype(np.float64))
     return np.ascontiguousarray(offsets.transpose(0, 2, 1))
 
 
 @functools.lru_cache(maxsize=8)
 def _shares(shaped: BodyShape) -> Float[np.ndarray, "balls turned"]:
-    """How much of each ball moves with each joint that may turn."""
+    """Returns how much each ball moves with each joint that may turn, from 0 to 1."""
     balls, below = fill_with_balls(shaped), np.zeros((len(JOINT_NAMES), len(TURNED)))
     for joint, parent in enumerate(shaped.body.parents):
         below[joint] = below[parent] if parent >= 0 else 0

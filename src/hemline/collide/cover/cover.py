@@ -1,6 +1,7 @@
-"""Skin that looks out between the vertices of cloth: triangles moved out over it."""
+"""Moves triangles of cloth out over skin that would show between their vertices."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -8,31 +9,32 @@ import numpy as np
 from hemline.arrays import BodyVertices, Faces, Int, Vertices
 from hemline.meshes import ClosestTree, face_normals
 
-from .cover_kernels import cover_points
+from .cover_kernels import CoveredSkin, cover_points
 
 if TYPE_CHECKING:
     from hemline.bodies.body import ShapedBody
 
 COVER_DISTANCE = 0.02
-"""Skin is covered where cloth is no farther away than this at rest [m]."""
+"""Largest distance at rest from covered skin to the cloth over it [m]."""
 COVER_GAP = 0.001
-"""How far behind the cloth covered vertices are [m]."""
+"""Distance of covered vertices behind the cloth [m]."""
 COVER_DEPTH = 0.012
-"""A vertex that is farther in front of a triangle is not covered by it, but elsewhere [m]."""
+"""A vertex farther in front of a triangle is not covered by it [m]."""
 COVER_STEPS = 8
-"""Triangles that are tried, from the one over a vertex at rest on: so far the cloth may slip along the skin."""
+"""Triangles of a walk from the one over a vertex at rest; it bounds how far cloth may slip along the skin."""
 COVER_SWEEPS = 2
+"""Passes over the covered vertices in a frame."""
 COVER_COSINE = 0.3
 """Least cosine between the normals of cloth and skin."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """Which vertices of a body a garment covers closely at rest, and how to find the triangle over each in a frame.
+    """The vertices of a body that a garment covers closely at rest, and how to find the triangle over each in a frame.
 
     Attributes:
         points: Vertices of the body, int32.
-        over: The triangle that is over each at rest, int32.
+        over: The triangle over each of them at rest, int32.
         corners: Triangles of the garment, int32.
         beyond: The triangle across the edge opposite each corner, -1 on a rim, int32.
     """
@@ -44,38 +46,43 @@ class Cover:
 
     @classmethod
     def prepare(cls, shaped: "ShapedBody", vertices: Vertices, faces: Faces) -> Self:
-        """Find them.
+        """Finds the vertices of a body that a garment covers.
 
         Args:
-            shaped: The body on which the garment lies so.
+            shaped: The body on which the garment lies.
             vertices: The garment at rest, in the rest pose of the body [m].
-            faces: Its triangles.
+            faces: Triangles of the garment.
         """
-        worn = np.asarray(vertices, np.float64)
-        closest = ClosestTree(worn, faces).closest(shaped.vertices)
-        facing = np.einsum("pi,pi->p", face_normals(worn, faces)[closest.faces], shaped.normals) > COVER_COSINE
+        rest = np.asarray(vertices, np.float64)
+        closest = ClosestTree(rest, faces).closest(shaped.vertices)
+        facing = np.einsum("pi,pi->p", face_normals(rest, faces)[closest.faces], shaped.normals) > COVER_COSINE
         points = np.flatnonzero(facing & (closest.distances < COVER_DISTANCE))
         points = points[np.argsort(closest.faces[points], kind="stable")]
         over = closest.faces[points].astype(np.int32)
         return cls(points.astype(np.int32), over, np.ascontiguousarray(faces, np.int32), faces_across_edges(faces))
 
+    @cached_property
+    def covered(self) -> CoveredSkin:
+        """The arrays as the kernel reads them."""
+        return CoveredSkin(self.points, self.over, self.corners, self.beyond)
+
     def step(self, skin: BodyVertices, vertices: Vertices) -> Vertices:
-        """The garment with its triangles over the skin that they cover.
+        """Returns the garment with its triangles over the skin that they cover [m].
 
         Args:
-            skin: The body now [m].
-            vertices: The garment [m]; it is not changed.
+            skin: Vertices of the body in this frame [m].
+            vertices: The garment in this frame [m]; it is not changed.
         """
         result, lengths = np.array(vertices, np.float32), (np.float32(COVER_GAP), np.float32(COVER_DEPTH))
-        cover_points(self.points, self.over, self.corners, self.beyond, skin, *lengths, COVER_STEPS, COVER_SWEEPS, result)
+        cover_points(self.covered, skin, *lengths, COVER_STEPS, COVER_SWEEPS, result)
         return result
 
 
 def faces_across_edges(faces: Faces) -> Int[np.ndarray, "faces 3"]:
-    """The triangle across the edge opposite each corner, -1 where there is none, int32.
+    """Returns the triangle across the edge opposite each corner, -1 where there is none; int32.
 
     Args:
-        faces: Triangles; each directed edge is in one at most.
+        faces: Triangles; each directed edge belongs to one at most.
     """
     rows = np.asarray(faces, np.int64)
     starts, ends = np.roll(rows, -1, axis=1).ravel(), np.roll(rows, -2, axis=1).ravel()

@@ -1,40 +1,59 @@
-"""Triangles of cloth moved out over the vertices of the body that they cover, compiled."""
+"""Compiled: triangles of cloth are moved out over the vertices of the body that they cover."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from hemline.arrays import Int
 from hemline.compiled import kernel
 
 _index = np.uintp
 BEHIND_RATIO = np.float32(1.001)
-"""Share of the square of the gap from which on a vertex of the body is behind a triangle, whatever the rounding."""
+"""A vertex of the body is surely behind a triangle, whatever the rounding, from this multiple of the squared gap on."""
 LEAST_AREA = np.float32(1e-22)
 """A triangle whose doubled area, squared, is below this covers nothing [m^4]."""
 
 
+class CoveredSkin(NamedTuple):
+    """Vertices of the body that a garment covers at rest, and how its triangles are connected."""
+
+    points: Int[np.ndarray, " points"]
+    """Vertices of the body."""
+    over: Int[np.ndarray, " points"]
+    """The triangle over each of them at rest."""
+    corners: Int[np.ndarray, "faces 3"]
+    """Triangles of the garment."""
+    beyond: Int[np.ndarray, "faces 3"]
+    """The triangle across the edge opposite each corner, -1 on a rim."""
+
+
 @kernel
-def cover_points(points, over, corners, beyond, skin, gap, deepest, steps, sweeps, vertices_out):
-    # model: points (points,): vertices of the body; over (points,): the triangle over each at rest;
-    #     corners (triangles, 3); beyond (triangles, 3): the triangle across from each corner, -1 on a rim
-    # in: skin (body_verts, 3) [m]; gap: how far behind the triangle a covered vertex is, deepest: from how far in front
-    #     of it on it is not covered by it [m]; steps: triangles that are tried; sweeps
-    # in/out: vertices_out (verts, 3) [m]   returns: how often a triangle was moved
-    # from the triangle of rest across the edges that the point is beyond, to the one over it; depth along its unit
-    # normal; corners move by w_i / sum w^2 of what is lacking, w barycentric; a point is looked at again only where a
-    # corner was moved since
+def cover_points(covered, skin, gap, deepest, steps, sweeps, vertices_out):
+    """Moves triangles out until the points that they cover are a gap behind them.
+
+    For each point a walk leads from the triangle over it at rest, across the edges that the point is beyond, to the
+    triangle over it now. With the depth d of the point along the unit normal and its barycentric weights w, corner i
+    moves by w_i / (sum w^2) times what d lacks. A point is visited again only where a corner has moved since.
+
+    Reads: covered; skin (body_verts, 3) [m]; gap: distance of a covered point behind the triangle [m]; deepest: a point
+        farther in front is not covered by the triangle [m]; steps: triangles of a walk, at most; sweeps.
+    Writes: vertices_out (verts, 3): the garment [m].
+    Returns: how often a triangle was moved.
+    """
+    points, over, corners, beyond = covered.points, covered.over, covered.corners, covered.beyond
     moved, clock, behind = 0, 0, BEHIND_RATIO * gap * gap
-    stirred, seen = np.zeros(len(vertices_out), np.int64), np.full(len(points), -1, np.int64)
+    moved_at, visited_at = np.zeros(len(vertices_out), np.int64), np.full(len(points), -1, np.int64)
     here = over.copy()
     for _ in range(sweeps):
         before = moved
         for point in range(len(points)):
             i = _index(point)
-            t, came = _index(here[i]), np.int32(-1)
+            t, previous = _index(here[i]), np.int32(-1)
             a, b, c = _index(corners[t, 0]), _index(corners[t, 1]), _index(corners[t, 2])
-            if max(stirred[a], stirred[b], stirred[c]) <= seen[i]:
+            if max(moved_at[a], moved_at[b], moved_at[c]) <= visited_at[i]:
                 continue
-            seen[i] = clock
+            visited_at[i] = clock
             p, found = _index(points[i]), False
             ax = ay = az = px = py = pz = square = first = second = third = vertices_out[a, 0]
             for _step in range(steps):
@@ -54,9 +73,9 @@ def cover_points(points, over, corners, beyond, skin, gap, deepest, steps, sweep
                 side = 0 if first <= second and first <= third else 1 if second <= third else 2
                 following = beyond[t, side]
                 # to and fro over a fold: over neither side of it
-                if following < 0 or following == came:
+                if following < 0 or following == previous:
                     break
-                came, t = np.int32(t), _index(following)
+                previous, t = np.int32(t), _index(following)
             if not found or square < LEAST_AREA:
                 continue
             here[i] = np.int32(t)
@@ -81,7 +100,7 @@ def cover_points(points, over, corners, beyond, skin, gap, deepest, steps, sweep
             vertices_out[c, 2] += third * az
             moved += 1
             clock += 1
-            stirred[a] = stirred[b] = stirred[c] = clock
+            moved_at[a] = moved_at[b] = moved_at[c] = clock
         if moved == before:
             break
     return moved

@@ -1,4 +1,4 @@
-"""An open garment closed at its openings: a body of cloth, with an inside."""
+"""Closes a garment at its rims, so that it has an inside, like a body."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
@@ -13,22 +13,22 @@ if TYPE_CHECKING:
 
 
 LID_REACH = 0.03
-"""How far the lid of a rim reaches beyond it, where it comes nearer to the skin [m]."""
+"""Length of the strip that continues the cloth beyond a rim [m]."""
 LID_INSET = 0.02
-"""By how much it comes nearer there [m]; from there on it is flat."""
+"""Distance by which this strip approaches the skin [m]; the rest of the lid is flat."""
 
 
 @dataclass(frozen=True, eq=False)
 class ClosedCloth:
     """A garment with a lid on each of its rims: a strip that slopes inward from the rim, then a fan to its middle.
 
-    The lid of a waist, a sleeve or a hem goes through the body, so that what is left of it outside of the body is the
-    strip. Inside of the closed garment and outside of the body is what is beneath the cloth, and what cloth that
-    lies over the rim cannot reach. The nearest way out leads through the cloth or over the strip, not through a hole.
+    The lid of a waist, a sleeve or a hem passes through the body, so that only the strip lies outside of the body. What
+    is inside of the closed garment and outside of the body is what lies beneath the cloth, and what cloth that lies
+    over the rim cannot reach. The nearest way out leads through the cloth or over the strip, not through a hole.
 
     Attributes:
         rims: Vertices of each rim.
-        faces: The garment's triangles, then those of the lids.
+        faces: Triangles of the garment, then those of the lids.
     """
 
     rims: tuple[Int[np.ndarray, " rim"], ...]
@@ -36,11 +36,11 @@ class ClosedCloth:
 
     @classmethod
     def of(cls, count: int, faces: Faces) -> Self:
-        """Close a garment.
+        """Closes a garment.
 
         Args:
-            count: Its vertices.
-            faces: Its triangles.
+            count: Number of its vertices.
+            faces: Triangles of the garment.
         """
         rims, added = boundary_loops(faces), [faces]
         for rim in rims:
@@ -55,15 +55,15 @@ class ClosedCloth:
             ]
         return cls(rims, np.concatenate(added).astype(np.int32))
 
-    def vertices(self, worn: Vertices) -> Vertices:
-        """Vertices of the closed garment: those of the garment, then strip and middle of each lid [m]."""
-        return np.concatenate([worn, *(lid_vertices(worn[rim]) for rim in self.rims)])
+    def vertices(self, cloth: Vertices) -> Vertices:
+        """Returns the vertices of the closed garment: those of the garment, then strip and middle of each lid [m]."""
+        return np.concatenate([cloth, *(lid_vertices(cloth[rim]) for rim in self.rims)])
 
     def as_body(self, shaped: "ShapedBody", rest: Vertices) -> "ShapedBody":
-        """The closed garment in the place of the body that wears it, carried by the bones that carry the skin beneath.
+        """Returns the closed garment as a body that takes the wearer's place, moved by the bones of the skin beneath.
 
         Args:
-            shaped: The body.
+            shaped: The body that wears the garment.
             rest: The garment at rest on it [m].
         """
         from scipy.spatial import KDTree
@@ -85,7 +85,7 @@ class ClosedCloth:
 
 
 def lid_vertices(rim: Vertices) -> Vertices:
-    """Vertices of a lid: its strip beyond the rim, one for each of the rim's, then its middle [m].
+    """Returns the vertices of a lid: its strip beyond the rim, one for each of the rim's, then its middle [m].
 
     Args:
         rim: Vertices of a rim in order, the hole on the left as seen from outside [m].

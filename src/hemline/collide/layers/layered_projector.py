@@ -1,4 +1,4 @@
-"""The final projection of garments worn together: each out of those beneath it, then out of the body."""
+"""The final projection of garments worn together: each is moved out of those beneath it, then out of the body."""
 
 import time
 from dataclasses import dataclass, field
@@ -11,8 +11,8 @@ from hemline.arrays import Int, Vertices
 from hemline.collide.projection.prepared import Guarantee, ProjectorState
 from hemline.collide.projection.project import Projector
 from hemline.collide.projection.project_frame import ProjectionReport
-from hemline.collide.surface.posed_surface import PosedSurface
 from hemline.collide.surface.garment_on_body import GarmentOnBody
+from hemline.collide.surface.posed_surface import PosedSurface
 
 from .layer import Layer, LayerState
 
@@ -21,38 +21,38 @@ if TYPE_CHECKING:
     from hemline.garments import Garment
 
 THICKNESS = 0.0015
-"""Least distance of a garment to the one beneath it, where it was displaced [m]: the projection's own gap."""
+"""Least distance of a displaced vertex to the garment beneath, equal to the gap of the projection [m]."""
 
 
 @dataclass(frozen=True)
 class LayersReport(ProjectionReport):
-    """What was done in one frame, of all pieces together."""
+    """Results of one frame, summed over all pieces."""
 
     caught: Int[np.ndarray, " caught"]
-    """Vertices that are behind the cloth beneath, ascending: the body leaves them no place in front of it."""
+    """Vertices that stay behind the cloth beneath because the body leaves no room in front of it, ascending."""
     layers_ms: float
-    """Time that garments over garments took [ms]."""
+    """Time that moving garments out of garments took [ms]."""
 
 
 @dataclass(frozen=True)
 class LayersState:
-    """What moves from frame to frame: plain data, never changed in place."""
+    """State of a layered projection: plain data, never changed in place."""
 
     pieces: tuple[ProjectorState, ...]
-    """Of the projection of each piece out of the body."""
+    """State of the projection of each piece out of the body."""
     layers: tuple[LayerState, ...]
-    """Of each piece over each of those beneath, in the order of `LayeredProjector.layers`."""
+    """State of each piece over each piece beneath, in the order of `LayeredProjector.layers`."""
 
 
 @dataclass(frozen=True, eq=False)
 class LayeredProjector:
-    """Pieces of one garment, from the skin outwards. Make it with `LayeredProjector.prepare`.
+    """Projects garments worn together, from the skin outwards. Make one with `LayeredProjector.prepare`.
 
     Attributes:
-        worn: All of them on the body.
-        bounds: Where the vertices of each piece begin, and where the last ones end.
-        projectors: Each piece out of the body.
-        layers: Each piece over each one beneath it: of the second piece one, of the third two, and so on.
+        on_body: All pieces on the body.
+        bounds: First vertex of each piece, then the number of all vertices.
+        projectors: Moves each piece out of the body.
+        layers: Moves each piece out of each one beneath: one layer for the second piece, two for the third, and so on.
     """
 
     on_body: GarmentOnBody
@@ -65,7 +65,7 @@ class LayeredProjector:
         cls,
         shaped: "ShapedBody",
         pieces: "tuple[Garment, ...]",
-        worn: GarmentOnBody,
+        on_body: GarmentOnBody,
         *,
         thickness: float = THICKNESS,
         guarantee: Guarantee = "exact",
@@ -74,18 +74,18 @@ class LayeredProjector:
         cover: bool = True,
         detail: float = 1.0,
     ) -> Self:
-        """Make the pieces ready.
+        """Prepares the pieces.
 
         Args:
             shaped: The body.
-            pieces: From the skin outwards.
-            worn: All of them on the body, in that order.
-            thickness: As for `Layer.prepare` [m].
-            guarantee: As for `Projector.prepare`.
-            measure: As for `Projector.prepare`.
-            whole: Of each piece, whether it is kept in one piece where another is beneath it.
-            cover: As for `Layer.prepare`.
-            detail: As for `Layer.prepare`.
+            pieces: Garments from the skin outwards.
+            on_body: All pieces on the body, in that order.
+            thickness: See `Layer.prepare` [m].
+            guarantee: See `Projector.prepare`.
+            measure: See `Projector.prepare`.
+            whole: For each piece, whether the whole-cloth step runs where another is beneath it.
+            cover: See `Layer.prepare`.
+            detail: See `Layer.prepare`.
 
         Raises:
             BadBody: A piece cannot be closed, see `Layer.prepare`.
@@ -98,7 +98,7 @@ class LayeredProjector:
                 piece.faces,
                 guarantee=guarantee,
                 measure=measure,
-                worn=GarmentOnBody.of(shaped, piece.vertices, patches=worn.patches),
+                on_body=GarmentOnBody.of(shaped, piece.vertices, patches=on_body.patches),
             )
             for piece in pieces
         )
@@ -107,10 +107,10 @@ class LayeredProjector:
             tuple(Layer.prepare(shaped, inner, outer, whole=whole[at], **options) for inner in pieces[:at])
             for at, outer in enumerate(pieces)
         )
-        return cls(worn, tuple(int(bound) for bound in bounds), projectors, layers)
+        return cls(on_body, tuple(int(bound) for bound in bounds), projectors, layers)
 
     def start(self) -> LayersState:
-        """The state before the first frame."""
+        """Returns the state before the first frame."""
         over = tuple(layer.start() for layers in self.layers for layer in layers)
         return LayersState(tuple(projector.start() for projector in self.projectors), over)
 
@@ -123,36 +123,36 @@ class LayeredProjector:
         dt: float,
         surface: PosedSurface | None = None,
     ) -> tuple[LayersState, Vertices, LayersReport]:
-        """Move each piece out of those beneath, which are in their places already, and then out of the body.
+        """Moves each piece out of those beneath, which are in place already, and then out of the body.
 
         Args:
-            state: From `start`, or from the frame before; it is not changed.
+            state: State from `start`, or from the frame before; it is not changed.
             posed: The body in this frame.
             vertices: All pieces in this frame, any finite positions [m].
             dt: Time since the frame before [s].
-            surface: The body's surface in this frame (`worn.surface(posed)`), where it is there already.
+            surface: The body's surface in this frame (`on_body.surface(posed)`), if it was computed already.
 
         Returns:
-            The next state, the pieces, and what was done. No vertex is inside the body but pinched ones; none is behind
-            the cloth of a piece beneath it but those that the report names.
+            The next state, the pieces [m], and a report. No vertex is inside the body but pinched ones; none is behind
+            the cloth of a piece beneath it but those that the report names as caught.
 
         Raises:
-            BadGarment: Another number of vertices than was prepared, or positions that are not finite.
+            BadGarment: The number of vertices differs from the prepared garments', or a position is not finite.
         """
         vertices, surface = self.on_body.check_vertices(vertices), surface or self.on_body.surface(posed)
         over, frame = iter(state.layers), _FrameParts()
         for at, (low, high) in enumerate(pairwise(self.bounds)):
-            began, piece, tried = time.perf_counter(), vertices[low:high], []
+            began, piece, trials = time.perf_counter(), vertices[low:high], []
             for inner, layer in zip(frame.done, self.layers[at], strict=True):
                 moved, piece, pinched = layer.step(next(over), posed, inner, piece, dt)
                 frame.layers.append(moved)
-                tried.append((layer, inner, piece, pinched))
+                trials.append((layer, inner, piece, pinched))
             frame.seconds += time.perf_counter() - began
             after, out, report = self.projectors[at].project(state.pieces[at], posed, piece, dt=dt, surface=surface)
             began = time.perf_counter()
-            for layer, inner, before, pinched in tried:
-                asked = np.union1d(pinched, np.flatnonzero((out != before).any(axis=1)))
-                frame.caught.append(low + layer.behind(inner, out, asked))
+            for layer, inner, before, pinched in trials:
+                doubtful = np.union1d(pinched, np.flatnonzero((out != before).any(axis=1)))
+                frame.caught.append(low + layer.behind(inner, out, doubtful))
             frame.seconds += time.perf_counter() - began
             frame.done.append(out)
             frame.states.append(after)
@@ -163,7 +163,7 @@ class LayeredProjector:
 
 @dataclass
 class _FrameParts:
-    """What is gathered of a frame, piece by piece."""
+    """Results of a frame, piece by piece."""
 
     done: list[Vertices] = field(default_factory=list)
     states: list[ProjectorState] = field(default_factory=list)
@@ -173,7 +173,7 @@ class _FrameParts:
     seconds: float = 0.0
 
     def report(self, bounds: tuple[int, ...]) -> LayersReport:
-        """Of all pieces together."""
+        """Returns the report of all pieces together."""
         each, none = self.reports, np.zeros(0, np.int32)
         return LayersReport(
             moved=sum(report.moved for report in each),

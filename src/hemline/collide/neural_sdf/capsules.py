@@ -1,4 +1,4 @@
-"""Capsules around the bones of a shape: in whose frames a point is seen, and how near each bone is."""
+"""Capsules around the bones of a body; the neural distance reads how near a point is to each."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,11 +15,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class BoneCapsules:
-    """One capsule a joint, in the body's rest pose: from the joint through the flesh that moves with it.
+    """One capsule for each joint, in the body's rest pose: from the joint through the flesh that moves with it.
 
     Attributes:
-        starts: The joints at rest [m], float32.
-        ends: Twice as far as the middle of the vertices that each joint moves most [m], float32.
+        starts: Joints at rest [m], float32.
+        ends: The other end of each axis, twice as far as the mean of the vertices that the joint moves most [m],
+            float32.
         radii: Mean distance of these vertices from the axis [m], float32.
     """
 
@@ -29,7 +30,7 @@ class BoneCapsules:
 
     @classmethod
     def of(cls, shaped: "ShapedBody") -> Self:
-        """The capsules of a shape."""
+        """Makes the capsules of a shaped body."""
         order, first = _flesh(shaped.body.weight_indices[:, 0].tobytes())
         counts = np.diff(np.append(first, len(order)))
         flesh = shaped.vertices[order]
@@ -43,17 +44,17 @@ class BoneCapsules:
 def axis_distances(
     points: Points, starts: Points, ends: Points
 ) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
-    """Distance of each point from a segment of its own [m], and the unit vector away from it."""
+    """Returns the distance of each point from its own segment [m], and the unit vector away from it."""
     along = ends - starts
-    share = ((points - starts) * along).sum(-1) / np.maximum((along * along).sum(-1), 1e-12)
-    away = points - starts - np.clip(share, 0, 1)[..., None] * along
+    fraction = ((points - starts) * along).sum(-1) / np.maximum((along * along).sum(-1), 1e-12)
+    away = points - starts - np.clip(fraction, 0, 1)[..., None] * along
     distances = np.sqrt((away * away).sum(-1) + 1e-12)
     return distances, away / distances[..., None]
 
 
 @lru_cache(maxsize=4)
 def _flesh(strongest: bytes) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices sorted by the joint that moves them most, and where each joint's begin."""
+    """Returns vertices sorted by the joint that moves them most, and where those of each joint begin."""
     joint = np.frombuffer(strongest, np.int32)
     order = np.argsort(joint, kind="stable")
     return order, np.searchsorted(joint[order], np.arange(len(JOINT_NAMES)))

@@ -1,4 +1,4 @@
-"""What collision handling asks of a distance: the exact one, a network, a sphere in a test."""
+"""The interface of signed distances that collision handling uses: exact, neural, or a sphere in a test."""
 
 from typing import Protocol, runtime_checkable
 
@@ -12,9 +12,9 @@ class Distance(Protocol):
     """A signed distance to one body in one pose, negative inside."""
 
     def signed_distances(self, points: Points) -> Float[np.ndarray, " points"]:
-        """Signed distances of points [m]."""
+        """Returns the signed distances of points [m]."""
         ...
 
     def with_gradients(self, points: Points) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
-        """Signed distances of points [m] and their gradients, which need not have length one."""
+        """Returns the signed distances of points [m] and their gradients, which need not have length one."""
         ...

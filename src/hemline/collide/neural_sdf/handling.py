@@ -1,4 +1,4 @@
-"""Vertices out of the body along the gradient of a distance: the paper's way, and the two it is compared with."""
+"""Moves vertices out of the body along the gradient of a distance, by the method of SwinGar and two others."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -17,20 +17,20 @@ class Neighbours:
     """The neighbours of each vertex of a garment, for Eq. 10."""
 
     pairs: Int[np.ndarray, "pairs 2"]
-    """Each edge twice, once from either end."""
+    """Vertices of each edge, once in either direction."""
     deviation: float
-    """Of the Gaussian over their distance: the mean edge [m]."""
+    """Standard deviation of the Gaussian over their distance, the mean edge length [m]."""
 
     @classmethod
     def of(cls, vertices: Vertices, faces: Faces) -> Self:
-        """The neighbours in a mesh.
+        """Collects the neighbours in a mesh.
 
         Args:
             vertices: The garment at rest [m].
-            faces: Its triangles.
+            faces: Triangles of the garment.
 
         Raises:
-            BadMesh: There is no edge, or all have length zero.
+            BadMesh: The mesh has no edge, or all have length zero.
         """
         each = edges(faces)
         ends = np.asarray(vertices, np.float64)[each]
@@ -43,27 +43,27 @@ class Neighbours:
 
 @dataclass(frozen=True, eq=False)
 class MovedGarment:
-    """A garment out of the body."""
+    """A garment moved out of the body."""
 
     vertices: Vertices
-    """Where its vertices are now [m]."""
+    """Vertices of the garment [m]."""
     moved: Mask
-    """Which were inside before, by the distance asked."""
+    """Whether each vertex was inside before, by the given distance."""
 
 
 def push_out(vertices: Vertices, distance: Distance, neighbours: Neighbours) -> MovedGarment:
-    r"""Move each vertex inside by $\frac{\nabla\mathcal S}{|\nabla\mathcal S|}\,(|\mathcal S(x_i)| + \delta_i)$.
+    r"""Moves each vertex inside by $\frac{\nabla\mathcal S}{|\nabla\mathcal S|}\,(|\mathcal S(x_i)| + \delta_i)$.
 
     $\delta_i = \sum_k w_k |\mathcal S(x_k)|$ over those neighbours that are not inside, with $w_k$ proportional to
     $\exp(-|x_i - x_k|^2 / 2\sigma^2)$ and sum 1, $\sigma$ the mean edge; 0 where all are inside.
 
     Args:
         vertices: The garment in this frame [m].
-        distance: To the body in this frame; inside is where it is negative.
-        neighbours: Of the garment.
+        distance: Distance to the body in this frame; inside is where it is negative.
+        neighbours: Neighbours in the garment.
 
     Raises:
-        BadMesh: A position is not finite, or the neighbours are those of another mesh.
+        BadMesh: A position is not finite, or the neighbours belong to another mesh.
 
     Source: Li et al., "SwinGar", 2023, Eq. 10. Differs: weights that sum to 1 are not divided by the number of
         neighbours once more; negative is inside.
@@ -83,12 +83,12 @@ def push_out(vertices: Vertices, distance: Distance, neighbours: Neighbours) -> 
 
 
 def push_out_by_distance(vertices: Vertices, distance: Distance, amount: float) -> MovedGarment:
-    """Move each vertex inside by one fixed distance, which should be larger than all depths.
+    """Moves each vertex inside by one fixed distance, which should be larger than all depths.
 
     Args:
         vertices: The garment in this frame [m].
-        distance: To the body in this frame.
-        amount: How far [m].
+        distance: Distance to the body in this frame.
+        amount: The distance [m].
 
     Raises:
         BadMesh: A position is not finite.
@@ -101,11 +101,11 @@ def push_out_by_distance(vertices: Vertices, distance: Distance, amount: float) 
 
 
 def push_out_by_scale(vertices: Vertices, distance: Distance, scale: float) -> MovedGarment:
-    r"""Move each vertex inside by $\alpha\,|\mathcal S(x_i)|$ along the gradient.
+    r"""Moves each vertex inside by $\alpha\,|\mathcal S(x_i)|$ along the gradient.
 
     Args:
         vertices: The garment in this frame [m].
-        distance: To the body in this frame.
+        distance: Distance to the body in this frame.
         scale: $\alpha$, at least 1.
 
     Raises:
@@ -122,7 +122,7 @@ def push_out_by_scale(vertices: Vertices, distance: Distance, scale: float) -> M
 def _inside(
     vertices: Vertices, distance: Distance
 ) -> tuple[Mask, Float[np.ndarray, " verts"], Float[np.ndarray, "inside 3"]]:
-    """Which vertices are inside, all absolute distances, and unit gradients at those inside."""
+    """Returns which vertices are inside, the absolute distances of all, and unit gradients at those inside."""
     if not np.isfinite(vertices).all():
         raise BadMesh("the garment's positions must be finite", "NaN or infinity", "look at what made them")
     signed = distance.signed_distances(vertices)

@@ -1,4 +1,4 @@
-"""What the network reads: the point, as the pelvis or all bones see it, and shape and pose."""
+"""Inputs of the network: the point in the frames of the pelvis or of all bones, and shape and pose."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -16,21 +16,21 @@ if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
 Inputs = Literal["bones", "point"]
-"""`point`: the point in the frame of the pelvis, as in the paper. `bones`: as all bones see it, too."""
+"""`point`: the point in the frame of the pelvis, as in the paper. `bones`: also in the frames of all bones."""
 TEMPERATURE = 0.02
-"""How sharply the nearest bone is preferred [m]."""
+"""Temperature of the softmax over bones; the smaller, the more sharply the nearest one is preferred [m]."""
 NEAREST = 3 + 4 * len(JOINT_NAMES)
-"""The feature that holds the soft distance to the capsules, times `LENGTH_SCALE`."""
+"""Number of the feature that holds the soft distance to the capsules, times `LENGTH_SCALE`."""
 WIDTHS: dict[Inputs, int] = {"point": 3, "bones": NEAREST + 2}
-"""Numbers that the network reads of a point."""
+"""Number of features of a point."""
 
 
 def condition(betas: Betas, rotations: Quaternions) -> Float[np.ndarray, " condition"]:
-    """What the network reads of shape and pose: betas, and two columns of R - I of each joint but the pelvis, float32.
+    """Returns the features of shape and pose: betas, and two columns of R - I of each joint but the pelvis, float32.
 
     Args:
         betas: All shape coefficients.
-        rotations: Local rotations; that of the pelvis is not read.
+        rotations: Local rotations; the pelvis is not read.
     """
     turned = to_matrix(np.asarray(rotations[1:], np.float64)) - np.eye(3)
     return np.concatenate([betas, turned[:, :, :2].ravel()]).astype(np.float32)
@@ -38,7 +38,7 @@ def condition(betas: Betas, rotations: Quaternions) -> Float[np.ndarray, " condi
 
 @dataclass(frozen=True, eq=False)
 class PointInputs:
-    r"""What the network reads of points around one posed body.
+    r"""The features of points around one posed body.
 
     $q_j = A_j^{-1} x - J_j$ is the point as joint $j$ carries it, in the rest pose; $h_j$ its distance from the capsule
     of that joint there; $w = \mathrm{softmax}(-h / \tau)$. The features are $q_0$; $5 w_j q_j$; $w_j$; the soft least
@@ -46,24 +46,24 @@ class PointInputs:
     """
 
     kind: Inputs
-    """Which of them: `point` is the first three."""
+    """Which features are used; `point` uses the first three."""
     to_rest: Transforms
     """$A_j^{-1}$, float32, C-contiguous."""
     capsules: BoneCapsules
-    """Of the shape."""
+    """Capsules of the shape."""
 
     @classmethod
     def of(cls, kind: Inputs, posed: "PosedBody") -> Self:
-        """The inputs around a posed body."""
+        """Makes the inputs around a posed body."""
         return cls(kind, invert_transforms(posed.transforms), BoneCapsules.of(posed.shaped))
 
     def features(
         self, points: Points, *, jacobians: bool
     ) -> tuple[Float[np.ndarray, "points inputs"], Float[np.ndarray, "rows inputs 3"]]:
-        """The features of points, and if asked their derivatives by the point; else no rows.
+        """Returns the features of points, and their derivatives by the point, or no rows of these.
 
         Args:
-            points: In the world [m].
+            points: Points in the world [m].
             jacobians: Whether the derivatives are wanted.
         """
         points = np.ascontiguousarray(points, np.float32)
@@ -79,16 +79,18 @@ class PointInputs:
 
 
 def start(kind: Inputs, features: Any) -> Any:
-    """What the network adds to: the soft distance to the capsules [m], or nothing; of features or their derivatives.
+    """Returns the distance that the network corrects: the soft distance to the capsules [m], or 0.
+
+    It works on features and on their derivatives alike.
 
     Args:
-        kind: What the network is given.
-        features: (..., inputs), of NumPy or of torch.
+        kind: Inputs of the network.
+        features: Array of NumPy or of torch (..., inputs).
     """
     return features[..., NEAREST] / LENGTH_SCALE if kind == "bones" else 0.0
 
 
 def invert_transforms(transforms: Transforms) -> Transforms:
-    """The inverses of rigid transforms, C-contiguous."""
+    """Returns the inverses of rigid transforms, C-contiguous."""
     back = transforms[:, :, :3].transpose(0, 2, 1)
     return np.concatenate([back, -(back @ transforms[:, :, 3:])], axis=2)

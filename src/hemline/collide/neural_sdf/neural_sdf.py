@@ -1,4 +1,4 @@
-"""The neural signed distance of a body at run time: float32, NumPy and compiled code, no torch."""
+"""The neural signed distance to a body at run time: float32, NumPy and compiled code, no torch."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 SHIPPED = Path(__file__).parents[2] / "models" / "anny24-sdf.safetensors"
 LAYERS = ("point0", "point1", "point2", "body0", "body1", "body2", "fusion0", "fusion1")
-"""Three of the point, three of shape and pose, two that join them; `fusion0` reads the point's half first."""
+"""Three layers for the point, three for shape and pose, two that join them; `fusion0` reads the point's half first."""
 POINTS_PER_BATCH = 512
-"""Points that go through the layers at once: what they leave stays in the cache."""
+"""Points that pass the layers together, so that intermediate values stay in the cache."""
 
 Layer = tuple[np.ndarray, np.ndarray]
 """Weights (outs, ins) and biases (outs,), float32."""
@@ -45,15 +45,15 @@ class NeuralSdf:
     body_name: str
     """The body it was trained for."""
     body_hash: str
-    """Its hash: another one is refused."""
+    """Hash of that body; another body is refused."""
     inputs: Inputs
-    """What is read of a point."""
+    """Features of a point that the network reads."""
     beta_range: tuple[float, float]
     """Lowest and highest shape coefficient that it was trained on."""
     layers: Mapping[str, Layer]
-    """By name, see `LAYERS`; weights hold values that float16 can hold."""
+    """Layers by name, see `LAYERS`; weights hold values that float16 can hold."""
     figures: Mapping[str, Any] = field(default_factory=dict)
-    """What the training reached, numbers, unit in the name."""
+    """Results of the training, numbers with the unit in the name."""
 
     @property
     def width(self) -> int:
@@ -61,15 +61,15 @@ class NeuralSdf:
         return len(self.layers["point0"][1])
 
     def flops(self) -> tuple[int, int]:
-        """Floating point operations in the layers for the value at one point, and for value and gradient."""
+        """Returns the floating point operations of the layers for the value at one point, and with gradient."""
         halves = self.layers["point0"][0].size + 3 * self.width**2 + self.width
         return 2 * halves, 4 * halves
 
     def at(self, posed: "PosedBody") -> "PosedSdf":
-        """The distance to one body in one pose.
+        """Returns the distance to one body in one pose.
 
         Raises:
-            BadModel: The body is another one than it was trained for.
+            BadModel: The network was trained for another body.
         """
         body = posed.shaped.body
         if body.hash != self.body_hash:
@@ -83,7 +83,7 @@ class NeuralSdf:
         return PosedSdf(self, PointInputs.of(self.inputs, posed), third[0] @ weights[:, self.width :].T + biases)
 
     def save(self, path: str | Path) -> None:
-        """Write the file that `load_neural_sdf` reads.
+        """Writes the file that `load_neural_sdf` reads.
 
         Raises:
             BadOutput: The path cannot be written.
@@ -101,7 +101,7 @@ class NeuralSdf:
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
-        """Read one back.
+        """Makes a network from the contents of a file.
 
         Raises:
             BadModel: Something is missing, or layers do not fit together.
@@ -130,16 +130,16 @@ class PosedSdf:
 
     model: NeuralSdf
     inputs: PointInputs
-    """How points are read."""
+    """Features of points around the body."""
     code: Float[np.ndarray, " width"]
-    """What shape and pose add to the first layer of the fusion, its biases included."""
+    """Contribution of shape and pose to the first layer of the fusion, its biases included."""
 
     def signed_distances(self, points: Points) -> Float[np.ndarray, " points"]:
-        """Signed distances of points [m], float32."""
+        """Returns the signed distances of points [m], float32."""
         return self._through(points, gradients=False)[0]
 
     def with_gradients(self, points: Points) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
-        """Signed distances of points [m] and their gradients, float32: the layers backwards, no differences."""
+        """Returns the signed distances of points [m] and their gradients by backpropagation, float32."""
         return self._through(points, gradients=True)
 
     def _through(self, points: Points, *, gradients: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -155,7 +155,7 @@ class PosedSdf:
         return distances, slopes
 
     def _layers(self, features: np.ndarray, *, gradients: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Distances, and their derivatives by the features if asked."""
+        """Returns distances, and their derivatives by the features if `gradients`."""
         layers, width = self.model.layers, self.model.width
         joining, last = layers["fusion0"][0][:, :width], layers["fusion1"]
         p1, slope1 = _apply_layer(layers["point0"], features)
@@ -172,7 +172,7 @@ class PosedSdf:
 
 
 def _apply_layer(layer: Layer, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """One layer with softplus, and the derivative of the latter."""
+    """Applies one layer with softplus; returns its outputs and the derivative of the softplus."""
     sums = values @ layer[0].T
     sums += layer[1]
     slopes = np.empty_like(sums)
@@ -182,7 +182,7 @@ def _apply_layer(layer: Layer, values: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 @lru_cache(maxsize=4)
 def load_neural_sdf(path: str | Path = SHIPPED) -> NeuralSdf:
-    """The neural distance that ships for `anny24`, or one from a file; read once.
+    """Loads the neural distance that ships for `anny24`, or one from a file; the result is cached.
 
     Raises:
         BadModel: The file is missing, damaged, of another kind, or its layers do not fit together.

@@ -1,4 +1,4 @@
-"""Compiled: a point as the bones see it, and softplus with its derivative."""
+"""Compiled: features of a point in the frames of all bones, and softplus with its derivative."""
 
 import numpy as np
 
@@ -7,15 +7,16 @@ from hemline.compiled import kernel
 LENGTH_SCALE = np.float32(5.0)
 """Local coordinates and distances are multiplied by this, so that they are near unit size [1/m]."""
 RADIUS_SCALE = np.float32(10.0)
-"""And radii by this [1/m]."""
+"""Radii are multiplied by this, so that they are near unit size [1/m]."""
 
 
 @kernel(fastmath={"contract", "nsz", "reassoc"})
 def bone_features(points, to_rest, starts, ends, radii, temperature, features_out, jacobians_out):
-    """What `features.BoneFeatures` documents, point by point.
+    """Computes the features that `inputs.PointInputs` documents, and their derivatives.
 
-    in: points (n, 3); to_rest (joints, 3, 4); capsules starts, ends (joints, 3), radii (joints,); temperature [m].
-    out: features_out (n, 5 + 4 joints); jacobians_out (n, 5 + 4 joints, 3), not written where it has no rows.
+    Reads: points (points, 3) [m]; to_rest (joints, 3, 4); capsules: starts, ends (joints, 3) and radii (joints,) [m];
+        temperature [m].
+    Writes: features_out (points, 5 + 4 joints); jacobians_out (points, 5 + 4 joints, 3), skipped where it has no rows.
     """
     joints = len(radii)
     local = np.empty((joints, 3), np.float32)
@@ -23,7 +24,7 @@ def bone_features(points, to_rest, starts, ends, radii, temperature, features_ou
     height = np.empty(joints, np.float32)
     weight = np.empty(joints, np.float32)
     mean_away = np.empty(3, np.float32)
-    shares, middle = 3 + 3 * joints, 3 + 4 * joints
+    weights_at, middle = 3 + 3 * joints, 3 + 4 * joints
     for i in range(len(points)):
         lowest = np.float32(np.inf)
         for j in range(joints):
@@ -35,10 +36,10 @@ def bone_features(points, to_rest, starts, ends, radii, temperature, features_ou
                     local[j, c] += to_rest[j, c, k] * points[i, k]
                 along_point += local[j, c] * axis
                 along_axis += axis * axis
-            share = min(max(along_point / along_axis, np.float32(0)), np.float32(1))
+            fraction = min(max(along_point / along_axis, np.float32(0)), np.float32(1))
             squared = np.float32(1e-12)
             for c in range(3):
-                away[j, c] = local[j, c] - share * (ends[j, c] - starts[j, c])
+                away[j, c] = local[j, c] - fraction * (ends[j, c] - starts[j, c])
                 squared += away[j, c] * away[j, c]
             distance = np.sqrt(squared)
             for c in range(3):
@@ -55,7 +56,7 @@ def bone_features(points, to_rest, starts, ends, radii, temperature, features_ou
             girth += weight[j] * radii[j]
             for c in range(3):
                 features_out[i, 3 + 3 * j + c] = LENGTH_SCALE * weight[j] * local[j, c]
-            features_out[i, shares + j] = weight[j]
+            features_out[i, weights_at + j] = weight[j]
         for c in range(3):
             features_out[i, c] = local[0, c]
         features_out[i, middle] = LENGTH_SCALE * (lowest - temperature * np.log(total))
@@ -79,7 +80,7 @@ def bone_features(points, to_rest, starts, ends, radii, temperature, features_ou
                 for c in range(3):
                     moved = weight[j] * to_rest[j, c, k] + change * local[j, c]
                     jacobians_out[i, 3 + 3 * j + c, k] = LENGTH_SCALE * moved
-                jacobians_out[i, shares + j, k] = change
+                jacobians_out[i, weights_at + j, k] = change
                 girth_change += change * radii[j]
             for c in range(3):
                 jacobians_out[i, c, k] = to_rest[0, c, k]
@@ -89,10 +90,11 @@ def bone_features(points, to_rest, starts, ends, radii, temperature, features_ou
 
 @kernel(fastmath={"contract", "nsz", "reassoc"})
 def softplus(values, slopes_out):
-    """log(1 + exp(100 a)) / 100 and its derivative, in place and without a call: the loop vectorises.
+    """Computes log(1 + exp(100 a)) / 100 and its derivative in place, without a call, so that the loop vectorises.
 
-    in and out: values (n,) float32. out: slopes_out (n,) float32. exp(-v) by a polynomial on [0, 1/2], squared five
-    times; log(1 + t) by one on [0, 1]; off by less than 1e-6 / 100.
+    exp(-v) is a polynomial on [0, 1/2], squared five times, log(1 + t) one on [0, 1]; the error is below 1e-6 / 100.
+
+    Writes: values (n,), float32, read as a; slopes_out (n,), float32.
     """
     one, half = np.float32(1), np.float32(0.5)
     for i in range(len(values)):

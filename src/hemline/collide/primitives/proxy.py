@@ -1,4 +1,4 @@
-"""A body as a few analytic primitives bound to its joints, fitted to any shape: what rope chains collide with."""
+"""A body as a few rounded cones bound to its joints, fitted to any shape: the colliders of rope chains."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ import numpy as np
 from hemline.arrays import Float, Int, Points, Transforms
 from hemline.errors import BadModel
 
-from .primitive_kernels import BOX, ELLIPSOID, ROUND_CONE, union_distances
+from .primitive_kernels import ROUND_CONE, union_distances
 from .proxy_fit import fit_cones
 
 if TYPE_CHECKING:
@@ -20,13 +20,18 @@ _ARRAYS = {"kinds": 1, "joints": 1, "shapes": 2, "pivots": 2}
 
 
 class Colliders(NamedTuple):
-    """The arrays of a proxy as kernels take them, in this order."""
+    """The arrays of a `BodyProxy`, as kernels read them."""
 
     kinds: Int[np.ndarray, " prims"]
+    """Kind of each primitive."""
     joints: Int[np.ndarray, " prims"]
+    """Joint that carries it."""
     shapes: Float[np.ndarray, "prims 16"]
+    """Numbers of each primitive at rest, as `primitive_kernels` lists them [m]."""
     centres: Float[np.ndarray, "prims 4"]
+    """Centre and radius of a ball around it at rest [m]."""
     pivots: Float[np.ndarray, "joints 3"]
+    """Joints at rest [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,15 +39,15 @@ class BodyProxy:
     """Primitives in the body's rest pose; each moves with the skin transform of one joint."""
 
     kinds: Int[np.ndarray, " prims"]
-    """Kind of each primitive: 0 rounded cone, 1 ellipsoid, 2 box; int32."""
+    """Kind of each primitive: 0, a rounded cone; int32."""
     joints: Int[np.ndarray, " prims"]
-    """Joint that carries it; int32."""
+    """Joint that carries each primitive; int32."""
     shapes: Float[np.ndarray, "prims 16"]
-    """Its numbers at rest, as `primitive_kernels` lists them; float64 [m]."""
+    """Numbers of each primitive at rest, as `primitive_kernels` lists them; float64 [m]."""
     pivots: Float[np.ndarray, "joints 3"]
-    """The joints at rest, which move on straight lines within a step; float64 [m]."""
+    """Joints at rest, which move on straight lines within a step; float64 [m]."""
     names: tuple[str, ...] = ()
-    """What each primitive stands for."""
+    """Body part that each primitive stands for."""
 
     def __post_init__(self) -> None:
         for name, axes in _ARRAYS.items():
@@ -54,24 +59,24 @@ class BodyProxy:
         count = len(self.kinds)
         fits = self.joints.shape == (count,) and self.shapes.shape == (count, 16) and self.pivots.shape[1] == 3
         inside = count == 0 or (self.joints.min() >= 0 and self.joints.max() < len(self.pivots))
-        if not (fits and inside and np.isin(self.kinds, (ROUND_CONE, ELLIPSOID, BOX)).all()):
+        if not (fits and inside and (self.kinds == ROUND_CONE).all()):
             raise BadModel(
                 "proxy arrays do not fit together", f"{count} kinds, {self.shapes.shape} shapes", "fit the proxy again"
             )
-        object.__setattr__(self, "centres", _bounding_balls(self.kinds, self.shapes))
+        object.__setattr__(self, "centres", _bounding_balls(self.shapes))
 
-    centres: Float[np.ndarray, "prims 4"] = None  # type: ignore[assignment]  # found from the shapes
+    centres: Float[np.ndarray, "prims 4"] = None  # type: ignore[assignment]  # computed from the shapes
     """Centre and radius of a ball around each primitive at rest; float64 [m]."""
 
     @classmethod
     def none(cls, joints: int = 1) -> "BodyProxy":
-        """Nothing to collide with, in a world of `joints` frames."""
+        """Makes a proxy without primitives, for a body of `joints` joints."""
         empty = np.zeros(0, np.int32)
         return cls(empty, empty, np.zeros((0, 16)), np.zeros((joints, 3)))
 
     @classmethod
     def from_primitives(cls, primitives: list[tuple[int, tuple[int, np.ndarray]]], pivots: Points) -> "BodyProxy":
-        """A proxy of given primitives: the joint of each, and what `round_cone_shape` and its like return."""
+        """Makes a proxy of given primitives: the joint of each, and what `round_cone_shape` returns."""
         joints = np.array([joint for joint, _ in primitives], np.int32)
         kinds = np.array([kind for _, (kind, _) in primitives], np.int32)
         shapes = np.array([shape for _, (_, shape) in primitives], float).reshape(-1, 16)
@@ -79,52 +84,47 @@ class BodyProxy:
 
     @classmethod
     def fit(cls, shaped: "ShapedBody") -> "BodyProxy":
-        """Primitives fitted to a body at rest; kept for the last few shapes.
+        """Fits primitives to a body at rest; the results for the last few shapes are cached.
 
         Args:
             shaped: The body in its shape.
 
         Returns:
-            About two dozen rounded cones, over- and undershooting the skin alike.
+            About two dozen rounded cones, which lie over and under the skin by about the same distances.
         """
-        return _fit(_Shape(shaped))
+        return _fit(_ShapeKey(shaped))
 
     @property
     def colliders(self) -> Colliders:
-        """What does not depend on the pose, for kernels."""
+        """The arrays that do not depend on the pose, as kernels read them."""
         return Colliders(self.kinds, self.joints, self.shapes, self.centres, self.pivots)
 
-    def posed(self, posed: "PosedBody") -> Float[np.ndarray, "joints 3 4"]:
-        """The frames that the kernels want: rest to world for each joint, float64, C-contiguous."""
+    def joint_frames(self, posed: "PosedBody") -> Float[np.ndarray, "joints 3 4"]:
+        """Returns the frames that kernels read: rest to world for each joint, float64, C-contiguous."""
         return np.ascontiguousarray(posed.transforms, np.float64)
 
     def distances(
         self, points: Points, transforms: Transforms
     ) -> tuple[Float[np.ndarray, " points"], Int[np.ndarray, " points"]]:
-        """Distance of points to the union of all primitives, negative inside, and the nearest primitive.
+        """Returns the distance of points to the union of all primitives, negative inside, and the nearest primitive.
 
         Args:
-            points: In the world [m].
+            points: Points in the world [m].
             transforms: Skin transforms of the pose.
         """
         points = np.ascontiguousarray(points, np.float64)
         distance, nearest = np.empty(len(points)), np.empty(len(points), np.int32)
         frames = np.ascontiguousarray(transforms, np.float64)
-        union_distances(self.kinds, self.joints, self.shapes, frames, points, distance, nearest)
+        union_distances(self.colliders, frames, points, distance, nearest)
         return distance, nearest
 
-    def coverage(self, shaped: "ShapedBody", within_mm: float = 10.0) -> float:
-        """Share of the body's vertices at rest that lie within `within_mm` of the proxy's surface."""
-        identity = np.tile(np.eye(4)[:3], (len(self.pivots), 1, 1))
-        return float((np.abs(self.distances(shaped.vertices, identity)[0]) <= within_mm / 1000).mean())
-
     def arrays(self) -> dict[str, np.ndarray]:
-        """All arrays by name, as files hold them."""
+        """Returns all arrays by name, as model files store them."""
         return {f"proxy_{name}": getattr(self, name) for name in _ARRAYS}
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> "BodyProxy":
-        """The proxy that `arrays` (and the key `proxy_names`) describe.
+        """Makes the proxy that `arrays` (and the key `proxy_names`) describe.
 
         Raises:
             BadModel: An array is missing or they do not fit together.
@@ -136,8 +136,8 @@ class BodyProxy:
         return cls(**named, names=tuple(metadata.get("proxy_names", ())))
 
 
-class _Shape:
-    """A shaped body that equals another of the same body and betas."""
+class _ShapeKey:
+    """A cache key: shaped bodies of the same body and betas are equal."""
 
     def __init__(self, shaped: "ShapedBody"):
         self.shaped, self.key = shaped, (shaped.body.hash, np.asarray(shaped.betas).tobytes())
@@ -146,23 +146,18 @@ class _Shape:
         return hash(self.key)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Shape) and self.key == other.key
+        return isinstance(other, _ShapeKey) and self.key == other.key
 
 
 @lru_cache(maxsize=16)
-def _fit(shape: _Shape) -> BodyProxy:
+def _fit(shape: _ShapeKey) -> BodyProxy:
     cones = fit_cones(shape.shaped)
     kinds = np.full(len(cones.joints), ROUND_CONE, np.int32)
     return BodyProxy(kinds, cones.joints, cones.shapes, np.asarray(shape.shaped.joints, np.float64), cones.names)
 
 
-def _bounding_balls(kinds: np.ndarray, shapes: np.ndarray) -> np.ndarray:
-    cone = (kinds == ROUND_CONE)[:, None]
-    middle = np.where(cone, (shapes[:, :3] + shapes[:, 3:6]) / 2, shapes[:, :3])
-    half = np.linalg.norm(shapes[:, 3:6] - shapes[:, :3], axis=1) / 2 + shapes[:, 6:8].max(1, initial=0)
-    radius = np.select(
-        [kinds == ROUND_CONE, kinds == ELLIPSOID],
-        [half, shapes[:, 3:6].max(1, initial=0)],
-        np.linalg.norm(shapes[:, 3:6], axis=1) + shapes[:, 15],
-    )
+def _bounding_balls(shapes: np.ndarray) -> np.ndarray:
+    """Returns centre and radius of a ball around each rounded cone."""
+    middle = (shapes[:, :3] + shapes[:, 3:6]) / 2
+    radius = np.linalg.norm(shapes[:, 3:6] - shapes[:, :3], axis=1) / 2 + shapes[:, 6:8].max(1, initial=0)
     return np.ascontiguousarray(np.column_stack([middle, radius]))

@@ -1,4 +1,4 @@
-"""Fit rounded cones to the parts of a body at rest."""
+"""Fits rounded cones to the parts of a body at rest."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -8,7 +8,7 @@ from hemline.arrays import Float, Int, Points
 from hemline.motions import JOINT_NAMES
 
 from .distances import round_cone_shape
-from .primitive_kernels import ROUND_CONE, primitive_distances
+from .primitive_kernels import round_cone_distances
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -17,50 +17,50 @@ _TRUNK = ("pelvis", "spine1", "spine2", "spine3")
 _LIMBS = ("collar", "shoulder", "elbow", "wrist", "hand", "hip", "knee", "ankle")
 _WITH = {"ankle": "foot"}
 _OWNED = 0.35
-"""Skin weight from which skin belongs to a part."""
+"""Least skin weight at which a vertex belongs to a part."""
 _FEWEST = 12
-"""Vertices of a part that has a cone."""
+"""A part with fewer vertices has no cone."""
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _FREE = (0.012, 0.03, 0.06)
-"""Heights [m] above the skin at which there is air, which no cone should fill."""
+"""Heights above the skin at which air is sampled, which no cone should fill [m]."""
 _THINNEST, _THICKEST = [0.008, 0.008], [0.2, 0.2]
 """Bounds of the radii [m]."""
 _SCALE = 0.006
-"""Residual [m] from which one counts less than squared."""
+"""Residual above which the loss grows less than quadratically [m]."""
 
 
 class FittedCones(NamedTuple):
     """Rounded cones in a body's rest pose."""
 
     joints: Int[np.ndarray, " cones"]
-    """Joint that carries each; int32."""
+    """Joint that carries each cone; int32."""
     shapes: Float[np.ndarray, "cones 16"]
-    """Their numbers, as `primitive_kernels` lists them; float64 [m]."""
+    """Numbers of each cone, as `primitive_kernels` lists them; float64 [m]."""
     names: tuple[str, ...]
-    """The part that each stands for."""
+    """Body part that each cone stands for."""
 
 
 def fit_cones(shaped: "ShapedBody") -> FittedCones:
-    """One rounded cone a part: limbs along their bones, the trunk in two columns; both sides are fitted as one.
+    """Fits one rounded cone to each part; limbs on both sides are fitted as one, the trunk in two columns.
 
-    Parts that hardly any skin follows, as of a rig without collars, have none.
+    Parts that hardly any skin follows, such as the collars of a rig without them, have no cone.
     """
     vertices, air = np.asarray(shaped.vertices, np.float64), _air(shaped)
     weights, used = shaped.body.weights, shaped.body.weight_indices
 
-    def owned(part: list[int]) -> np.ndarray:
+    def in_part(part: list[int]) -> np.ndarray:
         return np.where(np.isin(used, part), weights, 0.0).sum(1) >= _OWNED
 
     joints, cones, names = [], [], []
     for name, part in _middle_parts():
-        if (own := vertices[owned(part)]).shape[0] < _FEWEST:
+        if (own := vertices[in_part(part)]).shape[0] < _FEWEST:
             continue
         joints.append(part[0])
         cones.append(_fit_cone(own, air))
         names.append(name)
     for name, left, right in _side_parts():
-        other = vertices[owned(right) & (vertices[:, 0] < 0.01)] * _MIRROR
-        own = np.concatenate([vertices[owned(left) & (vertices[:, 0] > -0.01)], other])
+        other = vertices[in_part(right) & (vertices[:, 0] < 0.01)] * _MIRROR
+        own = np.concatenate([vertices[in_part(left) & (vertices[:, 0] > -0.01)], other])
         if len(own) < _FEWEST:
             continue
         cone = _fit_cone(own, air)
@@ -72,12 +72,12 @@ def fit_cones(shaped: "ShapedBody") -> FittedCones:
 
 
 def _middle_parts() -> list[tuple[str, list[int]]]:
-    """Name, and joints that own the skin, of the parts that there is one of."""
+    """Returns name and joints of each part that the body has once."""
     return [(name, [JOINT_NAMES.index(name)]) for name in ("neck", "head")]
 
 
 def _side_parts() -> list[tuple[str, list[int], list[int]]]:
-    """Name, and joints that own the skin on the left and on the right, of the parts that there are two of."""
+    """Returns name, joints on the left and joints on the right of each part that the body has twice."""
     parts = [(name, [JOINT_NAMES.index(name)], [JOINT_NAMES.index(name)]) for name in _TRUNK]
     for limb in _LIMBS:
         used = [each for each in (limb, _WITH.get(limb)) if each]
@@ -87,7 +87,7 @@ def _side_parts() -> list[tuple[str, list[int], list[int]]]:
 
 
 def _air(shaped: "ShapedBody") -> Points:
-    """Points above the skin that are as far from all of it as they are high."""
+    """Samples points above the skin whose nearest skin is right beneath them."""
     from scipy.spatial import KDTree
 
     vertices, normals = np.asarray(shaped.vertices, np.float64)[::3], np.asarray(shaped.normals, np.float64)[::3]
@@ -97,7 +97,7 @@ def _air(shaped: "ShapedBody") -> Points:
 
 
 def _fit_cone(own: Points, air: Float[np.ndarray, "air 3"]) -> Float[np.ndarray, "8"]:
-    """Least squares of the distances of its own skin, and of the air that it fills."""
+    """Fits a cone by least squares of the distances of its own skin, and of the air that it fills."""
     from scipy.optimize import least_squares
 
     own = own[:: max(1, len(own) // 400)]
@@ -110,7 +110,7 @@ def _fit_cone(own: Points, air: Float[np.ndarray, "air 3"]) -> Float[np.ndarray,
 
     def residuals(cone: np.ndarray) -> np.ndarray:
         shape[0, :8] = cone
-        primitive_distances(ROUND_CONE, shape, 0, points, distances, gradients)
+        round_cone_distances(shape, 0, points, distances, gradients)
         return np.concatenate([distances[: len(own)], np.minimum(distances[len(own) :], 0.0)])
 
     # the axis stays within the part: a cone that is only seen from its side has no length of its own
@@ -122,7 +122,7 @@ def _fit_cone(own: Points, air: Float[np.ndarray, "air 3"]) -> Float[np.ndarray,
 
 
 def _axis_cone(points: Points) -> Float[np.ndarray, "8"]:
-    """A first cone: the longest axis of the points, and their mean distance from it at either end."""
+    """Makes an initial cone: along the longest axis of the points, with their mean distance from it at either end."""
     centre = points.mean(0)
     axis = np.linalg.svd(points - centre, full_matrices=False)[2][0]
     along = (points - centre) @ axis

@@ -1,6 +1,6 @@
-"""Eight vertices at once over the faces that they stand on: compiled code.
+"""Compiled: eight vertices at once are projected onto their faces and lifted out of the skin.
 
-What eight vertices are made of lies in rows of eight numbers, so that the compiler takes a row as one vector. The
+The data of eight vertices lies in rows of eight numbers, so that the compiler treats a row as one vector. The
 arithmetic is that of the scalar functions of `surface.surface_kernels`, to the last bit.
 """
 
@@ -11,14 +11,17 @@ from hemline.compiled import kernel
 LANES = 8
 """Vertices at once."""
 CORNERS, WEIGHTS, SQUARED, POINT, OFFSET, NORMALS, ROWS = 0, 9, 11, 12, 15, 18, 27
-"""Where rows begin: nine of corners a, b, c; weights of b and c; squared distance; point; offset; nine of normals."""
+"""First row of each quantity: corners a, b, c (9 rows), weights of b and c (2), squared distance (1), point (3), offset
+(3) and normals at a, b, c (9); the last number is that of all rows."""
 
 
 @kernel(forceinline=True)
-def project_lanes(rows, stands_out):
-    """Which lanes stand within their face, and where: weights and squared distance, as `nearest_weights` has them.
+def project_lanes(rows, within_out):
+    """Projects each lane's point onto the plane of its face.
 
-    in and out: rows: corners relative to the points; out: stands_out (8,).
+    Reads: rows (ROWS, LANES): corners relative to the points [m].
+    Writes: the rows of weights and of the squared distance [m^2], as `nearest_weights` computes them; within_out
+        (LANES,): whether the projection lies within the face; elsewhere the weights mean nothing.
     """
     one, least = np.float32(1), np.float32(1e-6)
     for i in range(LANES):
@@ -38,24 +41,25 @@ def project_lanes(rows, stands_out):
         r = one - s - t
         px, py, pz = r * ax + s * bx + t * cx, r * ay + s * by + t * cy, r * az + s * bz + t * cz
         rows[9, i], rows[10, i], rows[11, i] = s, t, px * px + py * py + pz * pz
-        stands_out[i] = (r > least) & (s > 0) & (t > 0) & ~(at_corner | on_edge)
+        within_out[i] = (r > least) & (s > 0) & (t > 0) & ~(at_corner | on_edge)
 
 
 @kernel(forceinline=True)
 def lift_distance(distance, margin, gap):
-    """Distance at which a vertex at `distance` < `margin` ends: in (gap, margin), monotone, C1 at the margin."""
-    room = margin - gap
-    return gap + room * room / (room + margin - distance)
+    """Returns where a vertex at `distance` < `margin` ends [m]: within (gap, margin), monotone, C1 at the margin."""
+    span = margin - gap
+    return gap + span * span / (span + margin - distance)
 
 
 @kernel(forceinline=True)
 def lift_lanes(rows, margin, gap, tiny):
-    """Where the vertices go from the places that they stand over, and their signed distances.
+    """Moves the point of each lane out of the skin, along the normal at the nearest place of its face.
 
-    in: rows, corners in the frame of the points; margin, gap [m], tiny: square of an offset that counts [m^2];
-    out: rows: where they go in those of the points, signed distances in that of the squared ones [m].
+    Reads: rows (ROWS, LANES), corners in the frame of the points; margin, gap [m]; tiny: square of the least offset
+        that counts [m^2].
+    Writes: the moved points in the rows of points [m]; signed distances in the row of squared ones [m].
     """
-    one, room = np.float32(1), margin - gap
+    one, span = np.float32(1), margin - gap
     for i in range(LANES):
         s, t, x, y, z = rows[9, i], rows[10, i], rows[12, i], rows[13, i], rows[14, i]
         r = one - s - t
@@ -71,14 +75,14 @@ def lift_lanes(rows, margin, gap, tiny):
         distance = np.sqrt(rows[11, i]) * (one if rx * nx + ry * ny + rz * nz >= 0 else -one)
         near = distance < margin
         below = distance if near else margin
-        share = room / (room + margin - below)
-        up = lift_distance(below, margin, gap) - share * below
-        yx, yy, yz = cx + share * rx + up * nx, cy + share * ry + up * ny, cz + share * rz + up * nz
+        slope = span / (span + margin - below)
+        up = lift_distance(below, margin, gap) - slope * below
+        yx, yy, yz = cx + slope * rx + up * nx, cy + slope * ry + up * ny, cz + slope * rz + up * nz
         ox, oy, oz = rows[15, i], rows[16, i], rows[17, i]
-        held = ox * ox + oy * oy + oz * oz > tiny
-        done = (yx - x) * nx + (yy - y) * ny + (yz - z) * nz
-        more = max(ox * nx + oy * ny + oz * nz - done, np.float32(0)) if held else np.float32(0)
-        yx, yy, yz = (yx + more * nx, yy + more * ny, yz + more * nz) if held else (yx, yy, yz)
-        fx, fy, fz = (x + ox, y + oy, z + oz) if held else (x, y, z)
+        moved_before = ox * ox + oy * oy + oz * oz > tiny
+        rise = (yx - x) * nx + (yy - y) * ny + (yz - z) * nz
+        more = max(ox * nx + oy * ny + oz * nz - rise, np.float32(0)) if moved_before else np.float32(0)
+        yx, yy, yz = (yx + more * nx, yy + more * ny, yz + more * nz) if moved_before else (yx, yy, yz)
+        fx, fy, fz = (x + ox, y + oy, z + oz) if moved_before else (x, y, z)
         rows[11, i] = distance
         rows[12, i], rows[13, i], rows[14, i] = (yx, yy, yz) if near else (fx, fy, fz)

@@ -1,19 +1,20 @@
-"""Pinched vertices go along with the cloth around them: compiled code."""
+"""Compiled: pinched vertices are carried along with the cloth around them."""
 
 import numpy as np
 
 from hemline.compiled import kernel
 
 SWEEPS = 16
-"""So often are all pinched vertices gone through; cloth is pinched in folds of fewer vertices than that."""
+"""Passes over all pinched vertices; the folds in which cloth is pinched are narrower than this many vertices."""
 
 
 @kernel
 def carry_along(pinched, starts, neighbours, offsets_out):
-    """Move each pinched vertex as the mean of its neighbours moves.
+    """Moves each pinched vertex by the mean displacement of its neighbours.
 
-    in: pinched (k,): which, each with a neighbour; starts (n+1,), neighbours: along edges, of all vertices, one after
-    the other; in and out: offsets (n,3) of all vertices, those of the pinched are found anew.
+    Reads: pinched (pinched,): vertices with at least one neighbour; starts (verts + 1,) and neighbours: the vertices
+        along the edges of each vertex, one vertex after the other.
+    Writes: offsets_out (verts, 3): displacements of the pinched vertices [m], from those of the others.
     """
     for k in range(len(pinched)):
         offsets_out[pinched[k]] = 0
@@ -24,5 +25,5 @@ def carry_along(pinched, starts, neighbours, offsets_out):
             for at in range(starts[i], starts[i + 1]):
                 j = neighbours[at]
                 x, y, z = x + offsets_out[j, 0], y + offsets_out[j, 1], z + offsets_out[j, 2]
-            share = np.float32(1) / np.float32(starts[i + 1] - starts[i])
-            offsets_out[i, 0], offsets_out[i, 1], offsets_out[i, 2] = share * x, share * y, share * z
+            weight = np.float32(1) / np.float32(starts[i + 1] - starts[i])
+            offsets_out[i, 0], offsets_out[i, 1], offsets_out[i, 2] = weight * x, weight * y, weight * z

@@ -1,4 +1,4 @@
-"""What the projection needs to know before its first frame, and what it remembers from one frame to the next."""
+"""Settings of the projection, what is prepared once, and the state that it keeps from frame to frame."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Self
@@ -25,19 +25,19 @@ class ProjectionSettings:
     gap: float = 0.0015
     """No vertex that is displaced ends nearer to the skin than this [m]."""
     far: float = 0.02
-    """Vertices that were farther outside than this are tested, but looked at only in every fourth frame [m]."""
+    """Vertices that were farther outside than this are tested in every frame, but measured in every fourth only [m]."""
     release: float = 0.05
     """Time constant with which a displacement that is no longer needed fades [s]."""
 
 
 @dataclass(frozen=True)
 class ProjectorState:
-    """What moves from frame to frame: plain arrays in the projector's own order of vertices; copy it to roll back."""
+    """State of a projection: plain arrays in the projector's own order of vertices. Keep a copy to roll back."""
 
     frame: int
-    """Frames done."""
+    """Number of frames done."""
     anchors: Int[np.ndarray, " verts"]
-    """The face of the body found nearest last."""
+    """Face of the body that was found nearest last."""
     heights: Float[np.ndarray, " verts"]
     """Signed distance when last measured [m]."""
     offsets: Float[np.ndarray, "verts 3"]
@@ -47,21 +47,22 @@ class ProjectorState:
     hidden: UInt[np.ndarray, " groups"]
     """1 for groups of which no vertex could be certified by boxes, uint8."""
     lively: Bool[np.ndarray, " blocks"]
-    """Blocks in which a vertex was displaced."""
+    """Blocks in which a vertex was displaced in the last frame; saved takes use this name."""
 
 
 @dataclass(frozen=True)
 class PreparedProjection:
-    """A garment and a body made ready for the projection."""
+    """A garment and a body prepared for the projection."""
 
     on_body: GarmentOnBody
     guarantee: Guarantee
     settings: ProjectionSettings
     measure: bool
-    """Whether reports say how many vertices were inside before, and how deep; it changes nothing else."""
+    """Whether reports tell how many vertices were inside before, and how deep; it changes nothing else."""
     starts: Int[np.ndarray, " starts"]
+    """Where the neighbours of each vertex begin in `neighbours`, in the projector's own order."""
     neighbours: Int[np.ndarray, " neighbours"]
-    """Along edges, of all vertices one after the other, from `starts` on; both in the projector's own order."""
+    """Vertices along the edges of each vertex, one vertex after the other, in the projector's own order."""
 
     @classmethod
     def prepare(
@@ -73,30 +74,31 @@ class PreparedProjection:
         guarantee: Guarantee = "exact",
         settings: ProjectionSettings | None = None,
         measure: bool = True,
-        worn: GarmentOnBody | None = None,
+        on_body: GarmentOnBody | None = None,
     ) -> Self:
-        """Make a garment on a body ready: cut the body into patches, the garment into blocks.
+        """Prepares a garment on a body: cuts the body into patches and the garment into blocks.
 
         Args:
             shaped: The body.
             garment_vertices_rest: The garment at rest, in the world of the body's rest pose [m].
-            garment_faces: Its triangles; with none, each vertex is on its own.
-            guarantee: `exact` tests every vertex in every frame; `fast` only displaces, and reports inside as unknown.
+            garment_faces: Triangles of the garment; without any, each vertex is moved on its own.
+            guarantee: `exact` tests every vertex in every frame; `fast` only displaces, and tests none.
             settings: Distances and times.
-            measure: Report how many vertices were inside before, and how deep: costs a test more of each vertex near.
-            worn: Both, cut before; None: cut here.
+            measure: Report how many vertices were inside before, and how deep. This costs one more test of each vertex
+                near the skin.
+            on_body: Body and garment, already cut; None: they are cut here.
 
         Raises:
             BadBody: The body's mesh is not closed.
             BadGarment: The garment is empty or not finite.
         """
-        worn = worn or GarmentOnBody.of(shaped, garment_vertices_rest)
-        own = np.empty(len(worn.order), np.int64)
-        own[worn.order] = np.arange(len(own))
+        on_body = on_body or GarmentOnBody.of(shaped, garment_vertices_rest)
+        own = np.empty(len(on_body.order), np.int64)
+        own[on_body.order] = np.arange(len(own))
         one, other = own[edges(garment_faces)].T
         first, second = np.concatenate([one, other]), np.concatenate([other, one])
         return cls(
-            worn=worn,
+            on_body=on_body,
             guarantee=guarantee,
             settings=settings or ProjectionSettings(),
             measure=measure,
@@ -105,7 +107,7 @@ class PreparedProjection:
         )
 
     def start(self) -> ProjectorState:
-        """The state before the first frame."""
+        """Returns the state before the first frame."""
         count = len(self.on_body.order)
         return ProjectorState(
             frame=0,

@@ -1,8 +1,8 @@
 """The final projection: no garment vertex inside the posed body, tested for every vertex in every frame.
 
-After it every garment vertex has winding number 0 with respect to this frame's posed body mesh, except *pinched* ones:
-their nearest place on their own limb, moved 2 mm outward, lies inside another part of the body, which cuts through
-itself there. Those go along with the cloth around them, and are reported.
+After it, every garment vertex has winding number 0 with respect to the posed body mesh of this frame, except *pinched*
+ones. The nearest place of a pinched vertex on its own limb, moved 2 mm outward, lies inside another part of the body,
+which cuts through itself there. Pinched vertices are moved along with the cloth around them, and are reported.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Projector(PreparedProjection):
-    """A garment and a body made ready, and what is done to each frame; frozen. Make it with `Projector.prepare`."""
+    """Projects a garment out of a body, frame by frame; frozen. Make one with `Projector.prepare`."""
 
     def project(
         self,
@@ -34,21 +34,21 @@ class Projector(PreparedProjection):
         places: Int[np.ndarray, " verts"] | None = None,
         surface: PosedSurface | None = None,
     ) -> tuple[ProjectorState, Vertices, ProjectionReport]:
-        """Move the vertices of one frame out of the posed body.
+        """Moves the vertices of one frame out of the posed body.
 
         Args:
-            state: From `start`, or from the frame before.
+            state: State from `start`, or from the frame before; it is not changed.
             posed: The body in this frame.
             vertices: The garment in this frame, any finite positions [m].
             dt: Time since the frame before [s].
-            places: The face of the body that each vertex was held off from, -1 for none. Such a vertex is led out over
-                that place or not at all: however near other skin is, it may be across flesh.
-            surface: The body's surface in this frame (`worn.surface(posed)`), where it is there already.
+            places: Face of the body that contact holds each vertex off from, -1 for none. Such a vertex is led out over
+                that place or not at all: other skin may be nearer, but across flesh.
+            surface: The body's surface in this frame (`on_body.surface(posed)`), if it was computed already.
 
         Returns:
-            The next state, the vertices outside of the body, and what was done.
+            The next state, the vertices outside of the body [m], and a report.
 
         Raises:
-            BadGarment: Another number of vertices than was prepared, or positions that are not finite.
+            BadGarment: The number of vertices differs from the prepared garment's, or a position is not finite.
         """
         return ProjectedFrame(self, state, posed, self.on_body.check_vertices(vertices), places, surface).project(dt)

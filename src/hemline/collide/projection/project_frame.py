@@ -1,4 +1,4 @@
-"""One frame of the projection: its arrays on their way through the stages."""
+"""One frame of the projection: the arrays of a frame, and the stages that they pass through."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -10,36 +10,33 @@ from hemline.collide.surface.box_kernels import BLOCK
 from hemline.collide.surface.posed_surface import PosedSurface
 from hemline.collide.surface.surface_kernels import MOST_STEPS
 
-from .displace_kernels import SLOW_STEPS, displace, restore_free, list_doubtful, write_back
+from .cloth import Cloth, Proposal
+from .displace_kernels import SLOW_STEPS, displace, list_doubtful, restore_free, write_back
+from .escape_kernels import deepest_penetration, find_escape_faces, propose_escapes, take_escapes
 from .pinch_kernels import carry_along
 from .prepared import PreparedProjection, ProjectorState
 from .ray_kernels import certify, windings
-from .escape_kernels import deepest_penetration, propose_escapes, find_escape_faces, take_escapes
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
-PINCH_OFFSET = np.float32(0.002)
-"""How far an anchor is moved outward before it is asked whether it lies inside another part [m]."""
-SKYLINE_MARGIN = np.float32(0.005)
-"""How much the boxes of the body are widened before vertices are certified to be free of them [m]."""
-
-TURNS = 16
+ROUNDING_UNITS = 16
 """Rounding of a point that goes into the bone's frame and back, in units of its last place there."""
 
 
 @dataclass(frozen=True)
 class ProjectionReport:
-    """What the projection did in one frame."""
+    """Results of the projection in one frame."""
 
     moved: int
-    """Vertices moved."""
+    """Number of vertices moved."""
     deepest_mm: float
     """Distance to the skin of the deepest vertex before the projection; 0 if none was inside, NaN if not measured."""
     pinched: Int[np.ndarray, " pinched"]
     """Vertices that have no free place near, ascending."""
     pinched_anchors: Points
-    """Their nearest places on their own limbs, moved 2 mm outward: the winding number is not 0 there [m]."""
+    """Nearest places of the pinched vertices on their own limbs, moved 2 mm outward: the winding number is not 0 there
+    [m]."""
     inside_before: int | None
     """Vertices inside the body, with a winding number above 0.5, before the projection; None if not measured."""
     exact: bool
@@ -47,7 +44,7 @@ class ProjectionReport:
 
 
 class ProjectedFrame:
-    """Body and garment in the frame of the key bone, and what the stages find out about them."""
+    """Body and garment of one frame in the frame of the key bone; one method for each stage."""
 
     def __init__(
         self,
@@ -64,10 +61,10 @@ class ProjectedFrame:
         self.to_world, self.skin = surface.to_world, surface.skin
         self.points = surface.into_bone_frame(vertices, projector.on_body.order)
         leaves = self.skin.leaf_box.shape[1]
-        self.corners, self.gathered = np.empty((leaves, 10, BLOCK), np.float32), np.zeros(leaves, np.bool_)
+        self.leaf_corners, self.ready = np.empty((leaves, 10, BLOCK), np.float32), np.zeros(leaves, np.bool_)
         reach = float(np.abs(self.skin.patch_box).max())
         far = float(np.abs(self.to_world[:, 3]).max()) + reach
-        self.rounding = np.float32(np.finfo(np.float32).eps * (TURNS * reach + 2 * far))
+        self.rounding = np.float32(np.finfo(np.float32).eps * (ROUNDING_UNITS * reach + 2 * far))
         self.state = replace(
             state,
             frame=state.frame + 1,
@@ -76,36 +73,41 @@ class ProjectedFrame:
             directions=state.directions.copy(),
             hidden=state.hidden.copy(),
         )
-        self.held, self.places = places is not None, np.full(len(self.points), -1, np.int64)
+        self.in_contact, self.places = places is not None, np.full(len(self.points), -1, np.int64)
         if places is not None:
             corners = posed.shaped.body.faces[places[projector.on_body.order], 0]
-            held = places[projector.on_body.order] >= 0
-            self.places[held] = self.patches.ring[self.patches.ring_start[self.patches.number[corners[held]]]]
+            given = places[projector.on_body.order] >= 0
+            self.places[given] = self.patches.ring[self.patches.ring_start[self.patches.number[corners[given]]]]
+        self.cloth = Cloth(self.points, self.places, self.state.anchors, self.state.heights, self.state.offsets)
 
     def project(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
-        """The next state, the garment outside of the body, and the report."""
+        """Runs all stages; returns the next state, the garment outside of the body [m], and the report.
+
+        Args:
+            dt: Time since the frame before [s].
+        """
         exact = self.projector.guarantee == "exact"
         ids = self.vertices_near_skin()
-        displaced, signed = self.displace_vertices(ids, dt)
+        positions, signed = self.displace_vertices(ids, dt)
         order, pinched, anchors = self.projector.on_body.order, np.empty(0, np.int32), np.empty((0, 3), np.float32)
         if exact:
-            bad = self.find_blocked(ids, displaced, signed)
-            if len(bad):
-                pinched, anchors = self.lead_out(ids, bad, displaced, signed)
-        offsets, lively = np.empty_like(self.state.offsets), np.empty_like(self.state.lively)
+            blocked = self.find_blocked(ids, positions, signed)
+            if len(blocked):
+                pinched, anchors = self.lead_out(ids, blocked, positions, signed)
+        offsets, displaced = np.empty_like(self.state.offsets), np.empty_like(self.state.lively)
         out = self.vertices.copy()
-        moved = write_back(self.points, ids, displaced, self.to_world, order, offsets, lively, out)
-        if not self.held:
+        moved = write_back(self.points, ids, positions, self.to_world, order, offsets, displaced, out)
+        if not self.in_contact:
             self.move_pinched(pinched, offsets, out)
         before, depth = self.penetration(ids, signed) if self.projector.measure else (None, float("nan"))
         report = ProjectionReport(moved, 1000 * depth, order[pinched], anchors, before, exact)
-        return replace(self.state, offsets=offsets, lively=lively), out, report
+        return replace(self.state, offsets=offsets, lively=displaced), out, report
 
     def move_pinched(self, pinched: Int[np.ndarray, " pinched"], offsets: Points, out: Vertices) -> None:
-        """Let pinched vertices go along with those around them, which are not, as far as cloth links them.
+        """Moves pinched vertices along with their neighbours that are not pinched, as far as cloth links them.
 
-        Led out each by itself, neighbours of two limbs that cut through each other are torn apart. Not done where
-        contact holds vertices off, as in a simulation: it goes on with what pinches them.
+        If each were led out by itself, neighbours between two limbs that cut through each other would be torn apart.
+        This is skipped where contact holds vertices off, as in a simulation, which handles what pinches them.
         """
         starts, turn, origin = self.projector.starts, self.to_world[:, :3], self.to_world[:, 3]
         linked = pinched[starts[pinched + 1] > starts[pinched]]
@@ -113,14 +115,13 @@ class ProjectedFrame:
         out[self.projector.on_body.order[linked]] = (self.points[linked] + offsets[linked]) @ turn.T + origin
 
     def vertices_near_skin(self) -> Int[np.ndarray, " near"]:
-        """Vertices that boxes alone cannot show to be outside, or that were displaced in the last frame."""
+        """Returns the vertices that boxes alone cannot show to be outside, or that were displaced in the last frame."""
         near, state = np.empty(len(self.points), np.int32), self.state
         tries = 5 if state.frame == 1 else 1
         count = certify(
             self.points,
             self.skin.patch_box,
             state.lively,
-            SKYLINE_MARGIN,
             state.frame,
             tries,
             state.directions,
@@ -130,90 +131,94 @@ class ProjectedFrame:
         return near[:count]
 
     def displace_vertices(self, ids: Int[np.ndarray, " near"], dt: float) -> tuple[Points, Float[np.ndarray, " near"]]:
-        """Where each vertex should go by its anchor, and its signed distance before."""
-        displaced, signed = np.empty((len(ids), 3), np.float32), np.empty(len(ids), np.float32)
-        settings, state = self.projector.settings, self.state
+        """Returns where each vertex should go by its anchor, and its signed distance before [m]."""
+        positions, signed = np.empty((len(ids), 3), np.float32), np.empty(len(ids), np.float32)
+        settings, turn = self.projector.settings, self.state.frame
         decay, far = np.float32(np.exp(-dt / settings.release)), np.float32(settings.far)
-        displace(
-            self.points,
-            ids,
-            self.skin,
-            self.places,
-            state.anchors,
-            state.heights,
-            state.offsets,
-            decay,
-            self.margin,
-            self.gap,
-            far,
-            state.frame,
-            displaced,
-            signed,
-        )
-        return displaced, signed
+        displace(self.cloth, self.skin, ids, decay, self.margin, self.gap, far, turn, positions, signed)
+        return positions, signed
 
     def find_blocked(
-        self, ids: Int[np.ndarray, " near"], displaced: Points, signed: Float[np.ndarray, " near"]
-    ) -> Int[np.ndarray, " bad"]:
-        """Which vertices are free neither where they were nor where they go; what was free before stays there."""
-        count, state = len(ids), self.state
-        doubtful, bad, tests = np.empty(count, np.int32), np.empty(count, np.int32), np.empty((count, 3), np.float32)
-        winding, near = self.windings(displaced, ids)
-        asked = list_doubtful(
-            self.points, ids, displaced, signed, winding, near, state.offsets, self.margin, state.frame, doubtful, tests
-        )
-        before, near_before = self.windings(tests[:asked], ids[doubtful[:asked]])
-        bad_count = restore_free(self.points, ids, winding, near, doubtful[:asked], before, near_before, displaced, bad)
-        return bad[:bad_count]
+        self, ids: Int[np.ndarray, " near"], positions: Points, signed: Float[np.ndarray, " near"]
+    ) -> Int[np.ndarray, " blocked"]:
+        """Returns which vertices are free neither where they were nor at their new position.
 
-    def penetration(self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]) -> tuple[int | None, float]:
-        """Vertices inside before the projection (None: not tested), and distance to the skin of the deepest [m]."""
+        A vertex that was free before is put back: `positions` is changed.
+        """
+        count, state = len(ids), self.state
+        doubtful, blocked, tests = (
+            np.empty(count, np.int32),
+            np.empty(count, np.int32),
+            np.empty((count, 3), np.float32),
+        )
+        proposal = Proposal(positions, signed, *self.windings(positions, ids))
+        listed = list_doubtful(self.points, state.offsets, ids, proposal, self.margin, state.frame, doubtful, tests)
+        winding, touching = self.windings(tests[:listed], ids[doubtful[:listed]])
+        blocked_count = restore_free(self.points, ids, proposal, doubtful[:listed], winding, touching, blocked)
+        return blocked[:blocked_count]
+
+    def penetration(
+        self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]
+    ) -> tuple[int | None, float]:
+        """Returns the number of vertices inside before the projection, and the depth of the deepest [m].
+
+        The number is None where vertices are not tested.
+        """
         exact = self.projector.guarantee == "exact"
         inside = self.windings(self.points[ids], ids)[0] > 0.5 if exact else signed < 0
-        depth = deepest_penetration(self.points, ids, inside, signed, self.state.anchors, self.skin)
+        depth = deepest_penetration(self.points, self.state.anchors, self.skin, ids, inside, signed)
         return int(np.count_nonzero(inside)) if exact else None, depth
 
     def windings(
         self, tests: Points, ids: Int[np.ndarray, " tests"]
     ) -> tuple[Int[np.ndarray, " tests"], Bool[np.ndarray, " tests"]]:
-        """Winding numbers of points that belong to vertices, ascending; and which are within rounding of the skin."""
-        winding, near = np.empty(len(tests), np.int32), np.empty(len(tests), np.bool_)
+        """Returns winding numbers of points of vertices, and whether each point is within rounding of the skin.
+
+        Args:
+            tests: The points, in the frame of the key bone [m].
+            ids: The vertex of each point, ascending.
+        """
+        winding, touching = np.empty(len(tests), np.int32), np.empty(len(tests), np.bool_)
         windings(
             tests,
             ids,
             self.state.directions,
             self.skin,
             self.rounding,
-            self.corners,
-            self.gathered,
+            self.leaf_corners,
+            self.ready,
             winding,
-            near,
+            touching,
         )
-        return winding, near
+        return winding, touching
 
     def lead_out(
         self,
         ids: Int[np.ndarray, " near"],
-        bad: Int[np.ndarray, " bad"],
-        displaced: Points,
+        blocked: Int[np.ndarray, " blocked"],
+        positions: Points,
         signed: Float[np.ndarray, " near"],
     ) -> tuple[Int[np.ndarray, " pinched"], Float[np.ndarray, "pinched 3"]]:
-        """Lead vertices out over the places that they have; the others by the nearest skin, else by that of their own
-        limb. What is left is pinched: returned in the projector's order, by their numbers in the garment.
+        """Leads blocked vertices out, and returns those that remain: the pinched ones.
+
+        A vertex with a place of contact goes out over that place; another one over the nearest skin, else over the
+        nearest skin of its own limb. Pinched vertices come by their numbers in the garment's order, with their anchors
+        in the world [m].
         """
-        held = self.places[ids[bad]] >= 0
-        kept, free = bad[held], bad[~held]
+        has_place = self.places[ids[blocked]] >= 0
+        kept, free = blocked[has_place], blocked[~has_place]
         faces, where = np.empty((len(free), 2), np.int64), np.empty((0, 3), np.float32)
         at_kept = where
         if len(kept):
-            still, at_kept = self.try_escape(ids, kept, displaced, signed, self.places[ids[kept]], SLOW_STEPS)
+            still, at_kept = self.try_escape(ids, kept, positions, signed, self.places[ids[kept]], SLOW_STEPS)
             kept = kept[still]
             # contact goes on holding these off; led out of one part, they would only be deeper in another
-            displaced[kept] = self.points[ids[kept]]
-        find_escape_faces(self.points, ids, free, self.projector.on_body.limb, self.skin, self.state.anchors, faces)
+            positions[kept] = self.points[ids[kept]]
+        limb, anchors = self.projector.on_body.limb, self.state.anchors
+        find_escape_faces(self.points, anchors, self.skin, ids, free, limb, faces)
         for own_limb in (False, True):
             around = np.ascontiguousarray(faces[:, int(own_limb)])
-            still, where = self.try_escape(ids, free, displaced, signed, around, MOST_STEPS, own_limb=own_limb)
+            still, where = self.try_escape(ids, free, positions, signed, around, MOST_STEPS, own_limb=own_limb)
             free, faces = free[still], faces[still]
         pinched = ids[np.concatenate([kept, free])]
         rank = np.argsort(self.projector.on_body.order[pinched])
@@ -223,34 +228,21 @@ class ProjectedFrame:
     def try_escape(
         self,
         ids: Int[np.ndarray, " near"],
-        bad: Int[np.ndarray, " bad"],
-        displaced: Points,
+        blocked: Int[np.ndarray, " blocked"],
+        positions: Points,
         signed: Float[np.ndarray, " near"],
-        faces: Int[np.ndarray, " bad"],
+        faces: Int[np.ndarray, " blocked"],
         most_steps: int,
         *,
         own_limb: bool = False,
     ) -> tuple[Int[np.ndarray, " still"], Float[np.ndarray, "still 3"]]:
-        """Try a way out for each vertex, around a face; which of `bad` are not free, and where."""
-        trial, otherwise = np.empty((len(bad), 3), np.float32), np.empty((len(bad), 3), np.float32)
-        propose_escapes(
-            self.points,
-            ids,
-            bad,
-            faces,
-            most_steps,
-            own_limb,
-            PINCH_OFFSET,
-            self.margin,
-            self.gap,
-            self.skin,
-            self.state.anchors,
-            self.state.heights,
-            signed,
-            trial,
-            otherwise,
-        )
-        winding, near = self.windings(trial, ids[bad])
-        still = np.empty(len(bad), np.int32)
-        still = still[: take_escapes(bad, winding, near, trial, otherwise, displaced, still)]
-        return still, trial[still]
+        """Tries a way out around a face for each vertex; returns which of `blocked` are still not free, and where."""
+        trials, fallbacks = np.empty((len(blocked), 3), np.float32), np.empty((len(blocked), 3), np.float32)
+        vertices, distances = ids[blocked], (self.margin, self.gap)
+        propose_escapes(self.cloth, self.skin, vertices, faces, most_steps, own_limb, *distances, trials, fallbacks)
+        if not own_limb:
+            signed[blocked] = self.state.heights[vertices]
+        winding, touching = self.windings(trials, vertices)
+        still = np.empty(len(blocked), np.int32)
+        still = still[: take_escapes(blocked, winding, touching, trials, fallbacks, positions, still)]
+        return still, trials[still]

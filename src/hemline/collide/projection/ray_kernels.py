@@ -1,10 +1,10 @@
-"""Which garment vertices can see infinity past the posed body, and winding numbers of the others: compiled code.
+"""Compiled: which garment vertices see infinity past the posed body, and winding numbers of the others.
 
 Everything happens in the frame of one bone. Garment vertices come in blocks of 8 within groups of 64, body faces in
-leaves of 8 within patches; a group's rays run along one of six axes. A block whose shaft along its axis meets no box
-has winding number 0. In what is left each ray meets only faces of the leaves that overlap its block. The predicate is
-that of `winding.winding_kernels`, which asks any points of any mesh, offline and in float64; `ray_lane_kernels` has it
-for eight points at once.
+leaves of 8 within patches; a group's rays run along one of six directions (+x, +y, +z, -x, -y, -z). A block whose shaft
+along its direction meets no box has winding number 0. Each ray of the other blocks is tested only against the faces of
+the leaves that overlap its block. The predicate is that of `winding.winding_kernels`, which tests any points against
+any mesh, offline and in float64; `ray_lane_kernels` has it for eight points at once.
 """
 
 import numpy as np
@@ -17,13 +17,16 @@ from hemline.compiled import kernel
 from .ray_lane_kernels import LANES, add_crossings_of_leaf
 
 _index = np.uintp
+SKYLINE_MARGIN = np.float32(0.005)
+"""Boxes of the body are widened by this before vertices are certified to be free of them [m]."""
 
 
 @kernel(forceinline=True)
 def take_shafts(boxes, which, begin, end, direction, shafts_out):
-    """Boxes seen along a direction: their far ends, and lowest and highest coordinates across.
+    """Copies boxes as seen along a direction: their far ends, and lowest and highest coordinates across.
 
-    in: boxes (6,n), which[begin:end]; out: shafts_out (5,>=), filled up to eights with what nothing meets.
+    Reads: boxes (6, boxes) [m], those of which[begin:end]; direction: 0 to 5.
+    Writes: shafts_out (5, at least end - begin) [m], filled up to a multiple of 8 with shafts that nothing meets.
     """
     axis = _index(direction % 3)
     u, v = _index((direction + 1) % 3), _index((direction + 2) % 3)
@@ -38,11 +41,15 @@ def take_shafts(boxes, which, begin, end, direction, shafts_out):
 
 
 @kernel(forceinline=True)
-def list_hits(shafts, count, near, low_u, high_u, low_v, high_v, mask, words, met_out):
-    """Which of the first `count` shafts a block meets; their number.
+def list_hits(shafts, count, box, buffers, met_out):
+    """Lists which of the first `count` shafts a block meets.
 
-    `mask` is room, a byte a shaft; `words` are the same bytes by eights; met_out (>= count, filled up to eights).
+    Reads: shafts (5, at least count) [m]; box: the block as `block_box` returns it [m].
+    Writes: met_out (at least count, up to a multiple of 8); buffers: a byte a shaft, and the same bytes by eights.
+    Returns: how many shafts are met.
     """
+    near, low_u, high_u, low_v, high_v = box
+    mask, words = buffers
     for k in range((count + 7) // 8 * 8):
         mask[k] = (
             (shafts[0, k] >= near)
@@ -55,14 +62,17 @@ def list_hits(shafts, count, near, low_u, high_u, low_v, high_v, mask, words, me
     for word in range((count + 7) // 8):
         if words[word] != 0:
             for k in range(word * 8, word * 8 + 8):
-                met_out[met] = k  # without a branch, which nothing could foresee
+                met_out[met] = k  # without a branch, which could not be predicted
                 met += np.int64(mask[k])
     return met
 
 
 @kernel(forceinline=True)
 def block_box(points, begin, end, direction, margin):
-    """Nearest coordinate along a direction, lowest and highest across, of points[begin:end], widened by a margin."""
+    """Returns the nearest coordinate of points[begin:end] along a direction, then the lowest and highest across [m].
+
+    Reads: points (verts, 3) [m]; direction: 0 to 5; margin: the box is widened by it [m].
+    """
     axis = _index(direction % 3)
     u, v = _index((direction + 1) % 3), _index((direction + 2) % 3)
     sign = np.float32(1 if direction < 3 else -1)
@@ -77,66 +87,70 @@ def block_box(points, begin, end, direction, margin):
 
 
 @kernel
-def certify(points, patch_box, lively, margin, turn, tries, direction, hidden, near_out):
-    """Find the vertices that cannot be shown to be free of the body by boxes alone.
+def certify(points, patch_box, displaced_blocks, turn, tries, directions, hidden, near_out):
+    """Lists the vertices that boxes alone do not show to be free of the body.
 
-    in: points (n,3), patch_box (6,patches), lively (blocks,): not to be certified, margin [m], turn: which direction to
-    try next, tries: how many; in and out: direction (groups,), the one that sees fewest patches, hidden (groups,):
-    those of which nothing was certified, tried again at every eighth turn; out: near_out (n,); returns how many.
+    Reads: points (verts, 3) [m]; patch_box (6, patches) [m]; displaced_blocks (blocks,): blocks that are listed in any
+        case; turn: frame number; tries: further directions to try.
+    Writes: directions (groups,): the direction in which each group sees fewest patches; hidden (groups,): groups of
+        which no vertex was certified, which are tried again in every eighth turn; near_out (verts,): the listed
+        vertices.
+    Returns: how many are listed.
     """
+    margin = SKYLINE_MARGIN
     patches = patch_box.shape[1]
     mask, every = np.zeros((patches + 7) // 8 * 8, np.uint8), np.arange(patches)
-    words = mask.view(np.uint64)
+    buffers = mask, mask.view(np.uint64)
     met, few = np.empty(patches + 8, np.int64), np.empty(patches + 8, np.int64)
     shafts, group_shafts = np.empty((6, 5, patches + 8), np.float32), np.empty((5, patches + 8), np.float32)
-    for way in range(6):
-        take_shafts(patch_box, every, 0, patches, way, shafts[way])
+    for along in range(6):
+        take_shafts(patch_box, every, 0, patches, along, shafts[along])
     count = 0
-    for group in range(len(direction)):
+    for group in range(len(directions)):
         begin, end = group * GROUP, min((group + 1) * GROUP, len(points))
         unseen = np.uint8(255)
-        held = np.int64(direction[group])
-        best, fewest = held, patches + 1
+        previous = np.int64(directions[group])
+        best, fewest = previous, patches + 1
         attempts = 0 if hidden[group] and (group + turn) % 8 else tries + 1
         for attempt in range(attempts):
-            way = held if attempt == 0 else (held + 1 + (turn + attempt) % 5) % 6
+            along = previous if attempt == 0 else (previous + 1 + (turn + attempt) % 5) % 6
             seen = patches
             for block in range(-1, (end - begin + BLOCK - 1) // BLOCK):  # -1: the group as a whole
                 whole = block < 0
                 if not whole and not unseen >> block & 1:
                     continue
                 first = begin if whole else begin + block * BLOCK
-                near, low_u, high_u, low_v, high_v = block_box(
-                    points, first, end if whole else min(first + BLOCK, end), way, margin
-                )
-                tall = shafts[way] if whole else group_shafts
-                stand = list_hits(tall, seen, near, low_u, high_u, low_v, high_v, mask, words, met if whole else few)
+                box = block_box(points, first, end if whole else min(first + BLOCK, end), along, margin)
+                tall = shafts[along] if whole else group_shafts
+                hits = list_hits(tall, seen, box, buffers, met if whole else few)
                 if whole:
-                    seen = stand
-                    take_shafts(patch_box, met, 0, seen, way, group_shafts)
+                    seen = hits
+                    take_shafts(patch_box, met, 0, seen, along, group_shafts)
                     if seen < fewest:
-                        best, fewest = way, seen
-                elif stand == 0:
+                        best, fewest = along, seen
+                elif hits == 0:
                     unseen &= np.uint8(255 ^ (1 << block))
             if seen == 0:
                 unseen = np.uint8(0)
                 break
-        direction[group] = best
+        directions[group] = best
         if attempts:
             hidden[group] = np.uint8(unseen == np.uint8(255))
         for i in range(begin, end):
-            if unseen >> ((i - begin) // BLOCK) & 1 or lively[i // BLOCK]:
+            if unseen >> ((i - begin) // BLOCK) & 1 or displaced_blocks[i // BLOCK]:
                 near_out[count] = i
                 count += 1
     return count
 
 
 @kernel(forceinline=True)
-def gather_leaf(body, faces, leaf_box, leaf, rounding, corners_out):
-    """Corner coordinates of the faces of one leaf, 8 at a time, and below which volume each is in doubt.
+def gather_leaf(skin, leaf, rounding, corners_out):
+    """Copies the corners of the faces of one leaf, 8 at a time, and the volume below which each face is in doubt.
 
-    in: rounding: how near to a face a point is in doubt [m]; out: corners_out (leaves,10,8).
+    Reads: skin; leaf; rounding: distance to a face within which a point is in doubt [m].
+    Writes: corners_out (leaves, 10, 8) [m, last row m^3].
     """
+    body, faces, leaf_box = skin.body, skin.faces, skin.leaf_box
     size = np.float32(0)
     for axis in range(3):
         size += leaf_box[axis + 3, leaf] - leaf_box[axis, leaf] + rounding
@@ -158,9 +172,11 @@ def gather_leaf(body, faces, leaf_box, leaf, rounding, corners_out):
 
 @kernel
 def exact_winding(corners, leaves, which, count, direction, point, rounding):
-    """Winding number of a point in float64, in which the side tests of float32 corners are exact; and if it is near.
+    """Computes the winding number of a point in float64, in which the side tests of float32 corners are exact.
 
-    in: corners (leaves,10,8), leaves[which[:count]]: all that the ray may meet, point (3,), rounding: what is near [m].
+    Reads: corners (leaves, 10, 8) [m], of leaves[which[:count]]: all that the ray may meet; direction: 0 to 5; point
+        (3,) [m]; rounding [m].
+    Returns: the winding number, and whether the point is within `rounding` of a face.
     """
     axis, u, v = direction % 3, (direction + 1) % 3, (direction + 2) % 3
     sign, winding, near = 1.0 if direction < 3 else -1.0, 0, False
@@ -169,54 +185,39 @@ def exact_winding(corners, leaves, which, count, direction, point, rounding):
         leaf = leaves[which[k]]
         for f in range(BLOCK):
             for i in range(3):
-                for way in range(3):
-                    corner[i, way] = np.float64(corners[leaf, 3 * i + way, f]) - np.float64(point[way])
+                for along in range(3):
+                    corner[i, along] = np.float64(corners[leaf, 3 * i + along, f]) - np.float64(point[along])
             a, b, c = corner[0], corner[1], corner[2]
             turns, ab, bc, ca = crossing(a[u], a[v], b[u], b[v], c[u], c[v])
             if turns * sign * (bc * a[axis] + ca * b[axis] + ab * c[axis]) > 0:
                 winding += np.int32(sign * turns)
             s, t = nearest_weights((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))
             squared = 0.0
-            for way in range(3):
-                squared += ((1 - s - t) * a[way] + s * b[way] + t * c[way]) ** 2
+            for along in range(3):
+                squared += ((1 - s - t) * a[along] + s * b[along] + t * c[along]) ** 2
             near |= squared <= np.float64(rounding) ** 2
     return winding, near
 
 
 @kernel
-def windings(
-    points,
-    ids,
-    direction,
-    skin,
-    rounding,
-    corners,
-    ready,
-    winding_out,
-    near_out,
-):
-    """Winding numbers of points with respect to the posed body, by rays along the direction of each vertex's group.
+def windings(points, ids, directions, skin, rounding, corners, ready, winding_out, touching_out):
+    """Computes winding numbers with respect to the posed body, by rays along the direction of each vertex's group.
 
-    in: points (n,3), ids (n,): vertices that they belong to, ascending; direction (groups,), skin,
-    rounding [m]; in and out: corners (leaves,10,8), ready (leaves,): which are
-    gathered; out: winding_out (n,), near_out (n,):
-    whether a point is nearer to the surface than `rounding`, which no ray along the axes would tell at a silhouette.
+    Reads: points (points, 3) [m]; ids (points,): vertices that the points belong to, ascending; directions (groups,);
+        skin; rounding [m].
+    Writes: winding_out (points,); touching_out (points,): whether a point is within `rounding` of the surface, which no
+        ray along an axis could tell at a silhouette; corners (leaves, 10, 8) and ready (leaves,): corners of the leaves
+        that were met in this frame, and which leaves these are.
     """
-    body, faces, leaf_box = skin.body, skin.faces, skin.leaf_box
-    patch_start, patch_box = skin.patch_start, skin.patch_box
+    leaf_box, patch_start, patch_box = skin.leaf_box, skin.patch_start, skin.patch_box
     leaf_count, patch_count = leaf_box.shape[1], patch_box.shape[1]
     mask, taken = np.zeros((leaf_count + 7) // 8 * 8, np.uint8), np.zeros(6, np.bool_)
-    words = mask.view(np.uint64)
+    buffers = mask, mask.view(np.uint64)
     patches, leaves = np.arange(patch_count), np.empty(leaf_count, np.int64)
-    met, block_leaves, hits = (
-        np.empty(leaf_count + 8, np.int64),
-        np.empty(leaf_count, np.int64),
-        np.empty(leaf_count + 8, np.int64),
-    )
-    patch_shafts, group_shafts = (
-        np.empty((6, 5, patch_count + 8), np.float32),
-        np.empty((5, leaf_count + 8), np.float32),
-    )
+    met, block_leaves = np.empty(leaf_count + 8, np.int64), np.empty(leaf_count, np.int64)
+    hits = np.empty(leaf_count + 8, np.int64)
+    patch_shafts = np.empty((6, 5, patch_count + 8), np.float32)
+    group_shafts = np.empty((5, leaf_count + 8), np.float32)
     block_shafts, lanes = np.empty((5, leaf_count + 8), np.float32), np.empty((4, LANES), np.float32)
     box = np.empty(5, np.float32)
     begin = 0
@@ -224,32 +225,32 @@ def windings(
         end, group = begin + 1, ids[begin] // GROUP
         while end < len(points) and ids[end] // GROUP == group:
             end += 1
-        way = np.int64(direction[group])
-        if not taken[way]:
-            take_shafts(patch_box, patches, 0, patch_count, way, patch_shafts[way])
-            taken[way] = True
-        axis, u, v = way % 3, (way + 1) % 3, (way + 2) % 3
-        sign = np.float32(1 if way < 3 else -1)
-        near_end = _index(axis if way < 3 else axis + 3)
-        near, low_u, high_u, low_v, high_v = block_box(points, begin, end, way, rounding)
-        seen = list_hits(patch_shafts[way], patch_count, near, low_u, high_u, low_v, high_v, mask, words, met)
+        along = np.int64(directions[group])
+        if not taken[along]:
+            take_shafts(patch_box, patches, 0, patch_count, along, patch_shafts[along])
+            taken[along] = True
+        axis, u, v = along % 3, (along + 1) % 3, (along + 2) % 3
+        sign = np.float32(1 if along < 3 else -1)
+        near_end = _index(axis if along < 3 else axis + 3)
+        group_box = block_box(points, begin, end, along, rounding)
+        seen = list_hits(patch_shafts[along], patch_count, group_box, buffers, met)
         group_leaves = 0
         for k in range(seen):
             for leaf in range(patch_start[met[k]], patch_start[met[k] + 1]):
                 leaves[group_leaves] = leaf
                 group_leaves += 1
-        take_shafts(leaf_box, leaves, 0, group_leaves, way, group_shafts)
+        take_shafts(leaf_box, leaves, 0, group_leaves, along, group_shafts)
         for first in range(begin, end, BLOCK):
             last = min(first + BLOCK, end)
-            near, low_u, high_u, low_v, high_v = block_box(points, first, last, way, rounding)
-            count = list_hits(group_shafts, group_leaves, near, low_u, high_u, low_v, high_v, mask, words, met)
+            near, low_u, high_u, low_v, high_v = block_box(points, first, last, along, rounding)
+            count = list_hits(group_shafts, group_leaves, (near, low_u, high_u, low_v, high_v), buffers, met)
             for k in range(count):
                 leaf = leaves[met[k]]
                 block_leaves[k] = leaf
                 if not ready[leaf]:
-                    gather_leaf(body, faces, leaf_box, _index(leaf), rounding, corners)
+                    gather_leaf(skin, _index(leaf), rounding, corners)
                     ready[leaf] = True
-            take_shafts(leaf_box, block_leaves, 0, count, way, block_shafts)
+            take_shafts(leaf_box, block_leaves, 0, count, along, block_shafts)
             for lane in range(LANES):
                 i = min(first + lane, last - 1)
                 lanes[0, lane], lanes[1, lane], lanes[2, lane] = points[i, u], points[i, v], sign * points[i, axis]
@@ -263,12 +264,12 @@ def windings(
                     corners, leaf, block_shafts, k, begins, axis, u, v, sign, rounding, box, lanes
                 )
             for i in range(first, last):
-                winding_out[i], near_out[i] = np.int32(sign * lanes[3, i - first]), False
+                winding_out[i], touching_out[i] = np.int32(sign * lanes[3, i - first]), False
                 if doubts >> (i - first) & 1:
                     x, y, z = points[i, u], points[i, v], sign * points[i, axis]
-                    left, right, below, above = x - rounding, x + rounding, y - rounding, y + rounding
-                    found = list_hits(block_shafts, count, z - rounding, left, right, below, above, mask, words, hits)
-                    winding_out[i], near_out[i] = exact_winding(
-                        corners, block_leaves, hits, found, way, points[i], rounding
+                    around = z - rounding, x - rounding, x + rounding, y - rounding, y + rounding
+                    found = list_hits(block_shafts, count, around, buffers, hits)
+                    winding_out[i], touching_out[i] = exact_winding(
+                        corners, block_leaves, hits, found, along, points[i], rounding
                     )
         begin = end

@@ -1,11 +1,11 @@
-"""The rays of eight points at once against the faces of a leaf, compiled."""
+"""Compiled: rays of eight points at once against the faces of a leaf."""
 
 import llvmlite.ir as ir
 
 from hemline.compiled import cgutils, intrinsic, types
 
 LANES = 8
-"""Points at once: those of a block; and faces of a leaf."""
+"""Points tested at once, those of a block; also the number of faces in a leaf."""
 
 _FLOAT, _INT64, _INT32, _INT8 = ir.FloatType(), ir.IntType(64), ir.IntType(32), ir.IntType(8)
 _VECTOR, _TRUTHS, _BITS = (ir.VectorType(each, LANES) for each in (_FLOAT, ir.IntType(1), _INT32))
@@ -15,18 +15,21 @@ _MAGNITUDE = ir.Constant(_BITS, [0x7FFFFFFF] * LANES)
 
 @intrinsic
 def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u, v, sign, rounding, box, lanes):
-    """Add the signed crossings of eight rays with the faces of a leaf; bit i of the result: that of lane i is in doubt.
+    """Adds the signed crossings of eight rays with the faces of a leaf.
 
-    A ray that misses the box of the leaf crosses nothing, and faces that lie beside all rays are left out. In doubt are
-    faces whose plane may lie within rounding of the point, unless the leaf lies wholly ahead. Written as vectors of the
-    compiler because its own vectoriser works along the faces of one ray, and how many leaves a ray meets is not to be
-    foreseen; this takes half the time. The arithmetic is that of `winding_kernels.crossing`, without fused
+    A ray that misses the box of the leaf crosses nothing, and faces that lie beside all rays are skipped. A face is in
+    doubt if its plane may lie within rounding of the point, unless the leaf lies wholly ahead. This is written as
+    vectors of the compiler because its own vectoriser works along the faces of one ray, and how many leaves a ray meets
+    cannot be predicted; this takes half the time. The arithmetic is that of `winding_kernels.crossing`, without fused
     multiply-add.
+
+    Reads: corners (leaves, 10, 8) [m]; leaf; shafts (5, shafts) as `ray_kernels.take_shafts` writes them, shaft;
+        begins: where the leaf begins along the rays [m]; axis, u, v, sign: direction of the rays; rounding [m]; box
+            (5,): box
+        of all points, as `ray_kernels.block_box` returns it [m].
+    Writes: lanes (4, 8): u, v and signed axis of the points [m], and their crossings so far.
+    Returns: int32, bit i of which says that lane i is in doubt.
     """
-    # in: corners (leaves,10,8), leaf; shafts (5,>=), shaft: see `ray_kernels.take_shafts`, begins: where the leaf's
-    #     begins along the rays [m]; axis, u, v, sign: which way rays go; rounding [m]; box (5,): of all points,
-    #     widened, see `ray_kernels.block_box`
-    # in and out: lanes (4,8): u, v and signed axis of the points, crossings so far
 
     def generate(context, builder, signature, arguments):
         def pointer(place):
@@ -41,7 +44,7 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
         def row(index):
             return builder.gep(rows, [number(index)])
 
-        def spread(value):
+        def splat(value):
             nothing = ir.Constant(_VECTOR, ir.Undefined)
             one = builder.insert_element(nothing, value, ir.Constant(_INT32, 0))
             return builder.shuffle_vector(one, nothing, ir.Constant(_BITS, [0] * LANES))
@@ -58,14 +61,14 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
         def some(truths):
             return builder.icmp_unsigned("!=", bits(truths), ir.Constant(_INT32, 0))
 
-        def coordinate(index, way):
+        def coordinate(index, axis):
             """Where a coordinate of a corner of the first face is; those of the others follow it."""
-            at = builder.mul(builder.add(way, number(3 * index)), number(LANES))
+            at = builder.mul(builder.add(axis, number(3 * index)), number(LANES))
             return builder.gep(data, [builder.add(first, at)])
 
-        def range_of(way):
+        def range_of(axis):
             """Lowest and highest coordinate of each face."""
-            each = [builder.load(builder.bitcast(coordinate(i, way), _VECTOR.as_pointer()), align=4) for i in range(3)]
+            each = [builder.load(builder.bitcast(coordinate(i, axis), _VECTOR.as_pointer()), align=4) for i in range(3)]
             low = high = each[0]
             for value in each[1:]:
                 low = builder.select(above(low, value), value, low)
@@ -75,9 +78,9 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
         long, numbers = builder.extract_value(pointer(2).shape, 1), []
         for index in range(5):
             at = builder.add(builder.mul(long, number(index)), arguments[3])
-            numbers.append(spread(builder.load(builder.gep(pointer(2).data, [at]))))
+            numbers.append(splat(builder.load(builder.gep(pointer(2).data, [at]))))
         far, low_u, high_u, low_v, high_v = numbers
-        begins, signed, rounding = (spread(arguments[place]) for place in (4, 8, 9))
+        begins, signed, rounding = (splat(arguments[place]) for place in (4, 8, 9))
         x, y, z = (builder.load(row(index), align=4) for index in range(3))
         met = not_below(far, builder.fsub(z, rounding))
         for place, low, high in ((x, low_u, high_u), (y, low_v, high_v)):
@@ -90,8 +93,8 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
         def add_face(face, *, whole):
             """Crossings with one face; `whole`: the leaf may lie beside a point, so that it matters on which side."""
 
-            def corner(index, way):
-                return spread(builder.load(builder.gep(coordinate(index, way), [face])))
+            def corner(index, axis):
+                return splat(builder.load(builder.gep(coordinate(index, axis), [face])))
 
             across = [[builder.fsub(corner(i, arguments[6 + k]), (x, y)[k]) for k in range(2)] for i in range(3)]
             sides = [builder.select(above(each[1], _ZERO), _ONE, _ZERO) for each in across]
@@ -117,14 +120,14 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
 
         with builder.if_then(some(met)):
             lows, highs = zip(*(range_of(arguments[place]) for place in (6, 7)), strict=True)
-            limits = [spread(builder.load(builder.gep(pointer(10).data, [number(i)]))) for i in range(1, 5)]
+            limits = [splat(builder.load(builder.gep(pointer(10).data, [number(i)]))) for i in range(1, 5)]
             faces = ir.Constant(_TRUTHS, [1] * LANES)
             for low, high, least, most in zip(lows, highs, limits[::2], limits[1::2], strict=True):
                 faces = builder.and_(faces, builder.and_(not_below(most, low), not_below(high, least)))
             left = cgutils.alloca_once_value(builder, bits(faces))
             with builder.if_else(some(beside)) as (near_it, ahead):
-                for way, whole in ((near_it, True), (ahead, False)):
-                    with way:
+                for case, whole in ((near_it, True), (ahead, False)):
+                    with case:
                         again, over = (builder.append_basic_block(name) for name in ("again", "over"))
                         builder.cbranch(some(faces), again, over)
                         builder.position_at_end(again)

@@ -1,4 +1,4 @@
-"""Points in the frame of a bone, and boxes around the pieces of a surface there: compiled code."""
+"""Compiled: points are moved into the frame of a bone, and pieces of a surface are boxed there."""
 
 import numpy as np
 
@@ -15,11 +15,12 @@ LEAF = 8
 
 @kernel(fastmath={"contract"})
 def into_frame(frame, points, order, out):
-    """Points in the frame of a bone, reordered: out[i] = (points[order[i]] - origin) turned back.
+    """Moves points into the frame of a bone and reorders them: out[i] = R^T (points[order[i]] - t).
 
-    The origin is taken off first, so that rounding does not grow with the distance from the world's origin.
+    The origin is subtracted first, so that rounding does not grow with the distance from the world's origin.
 
-    in: frame (3,4): bone to world, points, order (n,); out: (n,3).
+    Reads: frame (3, 4): bone to world, [R | t]; points (points, 3) in the world [m]; order (verts,).
+    Writes: out (verts, 3) [m].
     """
     for i in range(len(order)):
         k = _index(order[i])
@@ -30,9 +31,10 @@ def into_frame(frame, points, order, out):
 
 @kernel(fastmath={"contract"})
 def out_of_frame(frame, points, order, out):
-    """Points of a bone's frame in the world, back in their own order: out[order[i]] = frame points[i].
+    """Moves points of a bone's frame into the world and back into their own order: out[order[i]] = frame points[i].
 
-    in: frame (3,4): bone to world, points (n,3), order (n,); out: (n,3).
+    Reads: frame (3, 4): bone to world; points (verts, 3) [m]; order (verts,).
+    Writes: out (verts, 3) [m].
     """
     for i in range(len(order)):
         k = _index(order[i])
@@ -43,7 +45,12 @@ def out_of_frame(frame, points, order, out):
 
 @kernel
 def surface_boxes(body, leaf_start, leaf_vertices, patch_start, leaf_box_out, patch_box_out):
-    """Boxes of leaves (6,leaves) and of patches (6,patches): three lowest, then three highest coordinates [m]."""
+    """Computes the boxes of leaves and patches: three lowest, then three highest coordinates.
+
+    Reads: body (body_verts, 3) [m]; leaf_start (leaves + 1,), leaf_vertices and patch_start (patches + 1,) of
+        `Patches`.
+    Writes: leaf_box_out (6, leaves), patch_box_out (6, patches) [m].
+    """
     for leaf in range(leaf_box_out.shape[1]):
         first = _index(leaf_vertices[leaf_start[leaf]])
         lx, ly, lz = body[first, 0], body[first, 1], body[first, 2]

@@ -1,4 +1,4 @@
-"""A garment at rest on a body: what lies next to what."""
+"""A garment at rest on a body, and the part of the body next to each of its vertices."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class GarmentOnBody:
-    """The body's surface in patches, the garment's vertices in blocks, and what of the body each is next to."""
+    """The body's surface in patches, the garment's vertices in blocks, and the body vertex nearest to each of them."""
 
     patches: Patches
     order: Int[np.ndarray, " verts"]
-    """Vertices in compact blocks: the order that kernels work in, to the garment's own."""
+    """Vertices in compact blocks: from the order of the kernels to the garment's own."""
     nearest: Int[np.ndarray, " verts"]
     """Body vertex nearest to each garment vertex at rest, both renumbered."""
     limb: Int[np.ndarray, " verts"]
-    """The limb that each garment vertex belongs to: that of its home."""
+    """The limb that each garment vertex belongs to: that of its nearest body vertex."""
     key_joint: int
-    """The bone that most of the garment is next to: the frame that kernels work in."""
+    """The bone that most of the garment is next to; kernels work in its frame."""
 
     @classmethod
     def of(cls, shaped: "ShapedBody", rest: Vertices, *, patches: Patches | None = None) -> Self:
-        """Cut the body into patches and the garment into blocks.
+        """Cuts the body into patches and the garment into blocks.
 
         Args:
             shaped: The body.
             rest: The garment at rest, in the world of the body's rest pose [m].
-            patches: The body, cut before; None: cut here.
+            patches: The body, already cut; None: it is cut here.
 
         Raises:
             BadBody: The body's mesh is not closed.
@@ -50,26 +50,26 @@ class GarmentOnBody:
             raise BadGarment("the projection needs a garment", f"{len(rest)} vertices, not all finite", "give a mesh")
         patches = patches or make_patches(shaped)
         order = vertex_blocks(rest, BLOCK)
-        home = np.asarray(KDTree(shaped.vertices[patches.order]).query(rest[order])[1])
-        joints = dominant_joints(shaped.body.weight_indices, shaped.body.weights)[patches.order[home]]
+        nearest = np.asarray(KDTree(shaped.vertices[patches.order]).query(rest[order])[1])
+        joints = dominant_joints(shaped.body.weight_indices, shaped.body.weights)[patches.order[nearest]]
         return cls(
             patches=patches,
             order=order.astype(np.int32),
-            home=home.astype(np.int32),
-            limb=patches.limb[home],
+            nearest=nearest.astype(np.int32),
+            limb=patches.limb[nearest],
             key_joint=int(np.bincount(joints).argmax()),
         )
 
     @property
     def nearest_faces(self) -> Int[np.ndarray, " verts"]:
-        """A face around the home of each vertex: its number in `patches.faces`."""
+        """A face around the body vertex nearest to each garment vertex, a row of `patches.faces`."""
         return self.patches.ring[self.patches.ring_start[self.nearest]]
 
     def check_vertices(self, vertices: Vertices) -> Vertices:
-        """The vertices of a frame [m], float32 and contiguous, if they can be this garment's.
+        """Returns the vertices of a frame [m], float32 and contiguous, if they can be this garment's.
 
         Raises:
-            BadGarment: Another number of vertices than was prepared, or positions that are not finite.
+            BadGarment: The number of vertices differs from the garment's, or a position is not finite.
         """
         vertices = np.ascontiguousarray(vertices, np.float32)
         if vertices.shape != (len(self.order), 3):
@@ -83,5 +83,5 @@ class GarmentOnBody:
         return vertices
 
     def surface(self, posed: "PosedBody") -> PosedSurface:
-        """The body's surface in a pose, for all that is done to the garment in that frame."""
+        """Returns the body's surface in a pose; all steps of a frame can share it."""
         return PosedSurface.of(self.patches, self.key_joint, posed)

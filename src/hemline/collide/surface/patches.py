@@ -1,4 +1,4 @@
-"""A body's surface cut into leaves of eight faces and patches of leaves: what the projection's kernels walk over."""
+"""A body's surface cut into leaves of eight faces, and leaves into patches: the search structure of the kernels."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from hemline.bodies import Body, ShapedBody
 
 PATCH_SIZE = 0.13
-"""Longest diagonal of a patch at rest [m]; larger ones certify less."""
+"""Longest diagonal of a patch at rest [m]; larger patches certify fewer vertices."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Patches:
     order: Int[np.ndarray, " verts"]
     """Renumbered vertex to vertex of the body."""
     number: Int[np.ndarray, " verts"]
-    """The body's order of vertices to that one."""
+    """Vertex of the body to renumbered vertex."""
     faces: Faces
     """Renumbered triangles, `LEAF` a leaf; short leaves are filled with points (v, v, v)."""
     leaf_start: Int[np.ndarray, " leaves_and_one"]
@@ -36,7 +36,7 @@ class Patches:
     patch_limb: Int[np.ndarray, " patches"]
     """Limb that each patch belongs to."""
     leaf_limb: Int[np.ndarray, " leaves"]
-    """The same of each leaf."""
+    """Limb that each leaf belongs to."""
     ring_start: Int[np.ndarray, " verts_and_one"]
     """Where each vertex's incident faces begin in `ring`."""
     ring: Int[np.ndarray, " ring"]
@@ -48,7 +48,7 @@ class Patches:
 
 
 def make_patches(shaped: "ShapedBody") -> Patches:
-    """Cut a body's surface into leaves and patches: by bone, then by halving along the longest axis.
+    """Cuts a body's surface into leaves and patches: by bone, then by halving along the longest axis.
 
     Args:
         shaped: The body. Only rest vertices, faces, skin weights and parents are used.
@@ -70,13 +70,13 @@ def make_patches(shaped: "ShapedBody") -> Patches:
     order, number = _renumber(faces[np.concatenate(flat)], len(shaped.vertices))
     faces = number[faces]
     unique = [np.unique(faces[leaf]) for leaf in flat]
-    kept = np.concatenate([_fill_leaf(faces[leaf]) for leaf in flat])
-    ring_start, ring = _rings(kept, len(order))
+    filled = np.concatenate([_fill_leaf(faces[leaf]) for leaf in flat])
+    ring_start, ring = _rings(filled, len(order))
     patch_limb = limb[face_bone[[patch[0] for patch in patches]]].astype(np.int32)
     return Patches(
         order=order.astype(np.int32),
         number=number.astype(np.int32),
-        faces=kept.astype(np.int32),
+        faces=filled.astype(np.int32),
         leaf_start=_starts([len(each) for each in unique]),
         leaf_vertices=np.concatenate(unique).astype(np.int32),
         patch_start=_starts([len(patch) for patch in leaves]),
@@ -84,7 +84,7 @@ def make_patches(shaped: "ShapedBody") -> Patches:
         leaf_limb=np.repeat(patch_limb, [len(patch) for patch in leaves]),
         ring_start=ring_start,
         ring=ring,
-        across=_across(kept),
+        across=_across(filled),
         limb=limb[bone[order]].astype(np.int32),
     )
 
@@ -92,19 +92,19 @@ def make_patches(shaped: "ShapedBody") -> Patches:
 def dominant_joints(
     weight_indices: Int[np.ndarray, "verts 6"], weights: Float[np.ndarray, "verts 6"]
 ) -> Int[np.ndarray, " verts"]:
-    """The joint with the largest skin weight at each vertex."""
+    """Returns the joint with the largest skin weight at each vertex."""
     return np.take_along_axis(weight_indices, weights.argmax(axis=1)[:, None], axis=1)[:, 0].astype(np.int64)
 
 
 def limb_of_vertices(body: "Body") -> Int[np.ndarray, " verts"]:
-    """Index of the limb of the joint that moves each vertex of a body most."""
+    """Returns the limb of each vertex of a body: that of the joint that moves it most."""
     return limbs(body.parents)[dominant_joints(body.weight_indices, body.weights)]
 
 
 def limbs(parents: Int[np.ndarray, " joints"]) -> Int[np.ndarray, " joints"]:
-    """Limb of each joint, named by its first joint: where the tree forks, the longest branch goes on with the limb.
+    """Returns the limb of each joint, named by its first joint; where the tree forks, the longest branch continues it.
 
-    Of branches that are equally long each begins a limb of its own. For the 24-joint skeleton: trunk, legs, arms, head.
+    Branches that are equally long each begin a limb of their own. The 24-joint skeleton has trunk, legs, arms and head.
 
     Args:
         parents: Parent of each joint, below its own number; the root's is negative or itself.
@@ -116,8 +116,8 @@ def limbs(parents: Int[np.ndarray, " joints"]) -> Int[np.ndarray, " joints"]:
     limb = np.zeros(count, np.int64)
     for joint in range(1, count):
         siblings = [below[other] for other in range(1, count) if parents[other] == parents[joint]]
-        goes_on = below[joint] == max(siblings) and siblings.count(below[joint]) == 1
-        limb[joint] = limb[parents[joint]] if goes_on else joint
+        continues = below[joint] == max(siblings) and siblings.count(below[joint]) == 1
+        limb[joint] = limb[parents[joint]] if continues else joint
     return limb
 
 
@@ -135,7 +135,7 @@ def _check_closed(faces: np.ndarray) -> None:
 
 
 def _split(middle: np.ndarray, faces: np.ndarray, to_leaves: bool) -> list[np.ndarray]:
-    """Halve a set of faces along its longest axis until it is a leaf, or small enough for a patch."""
+    """Halves a set of faces along its longest axis until it is a leaf, or small enough for a patch."""
     extent = np.ptp(middle[faces], axis=0)
     if len(faces) <= LEAF or (not to_leaves and np.linalg.norm(extent) <= PATCH_SIZE):
         return [faces]
@@ -146,14 +146,16 @@ def _split(middle: np.ndarray, faces: np.ndarray, to_leaves: bool) -> list[np.nd
 
 
 def _renumber(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    seen, first = np.unique(faces.reshape(-1), return_index=True)
-    order = np.concatenate([seen[np.argsort(first)], np.setdiff1d(np.arange(count), seen)])
+    """Returns the vertices in the order in which faces name them, and the inverse of that order."""
+    used, first = np.unique(faces.reshape(-1), return_index=True)
+    order = np.concatenate([used[np.argsort(first)], np.setdiff1d(np.arange(count), used)])
     number = np.empty(count, np.int64)
     number[order] = np.arange(count)
     return order, number
 
 
 def _fill_leaf(leaf: np.ndarray) -> np.ndarray:
+    """Returns a leaf filled up to `LEAF` faces with points (v, v, v)."""
     return np.concatenate([leaf, np.full((LEAF - len(leaf), 3), leaf[0, 0])])
 
 
@@ -162,7 +164,7 @@ def _starts(counts: list[int]) -> np.ndarray:
 
 
 def _rings(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Faces around each vertex; those that only fill a leaf are left out."""
+    """Returns the faces around each vertex; faces that only fill a leaf are skipped."""
     real = np.flatnonzero(faces[:, 0] != faces[:, 1])
     corner = faces[real].reshape(-1)
     rank = np.argsort(corner, kind="stable")
@@ -170,7 +172,7 @@ def _rings(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _across(faces: np.ndarray) -> np.ndarray:
-    """The face on the other side of each edge. Of several, where parts touch, one with the opposite direction."""
+    """Returns the face on the other side of each edge; where parts touch, one in which the edge runs the other way."""
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
     scale = int(faces.max()) + 1
     key, opposite = edges @ [scale, 1], edges @ [1, scale]
@@ -181,7 +183,7 @@ def _across(faces: np.ndarray) -> np.ndarray:
 
 
 def vertex_blocks(vertices: Vertices, size: int) -> Int[np.ndarray, " verts"]:
-    """Order of a garment's vertices in which each run of `size` is a compact block (halving along the longest axis)."""
+    """Orders a garment's vertices so that each run of `size` is a compact block, by halving along the longest axis."""
     blocks, queue = [], [np.arange(len(vertices))]
     while queue:
         block = queue.pop()

@@ -17,32 +17,32 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PosedSurface:
-    """What whatever looks for the skin in a frame walks over; made once a frame, see `WornGarment.surface`."""
+    """The skin of one frame, computed once by `GarmentOnBody.surface` and shared by all steps."""
 
     to_world: Float[np.ndarray, "3 4"]
-    """The bone: its frame to the world, float32."""
+    """The bone's frame to the world, float32."""
     skin: SkinPatches
     """The surface, in the bone's frame."""
 
     @classmethod
     def of(cls, patches: Patches, joint: int, posed: "PosedBody") -> "PosedSurface":
-        """The surface of a posed body.
+        """Makes the surface of a posed body.
 
         Args:
-            patches: The surface, cut.
-            joint: The bone in whose frame it is seen.
+            patches: The surface, cut into patches.
+            joint: The bone whose frame is used.
             posed: The body.
         """
         return cls.at(patches, posed.transforms[joint], posed.vertices)
 
     @classmethod
     def at(cls, patches: Patches, bone: Float[np.ndarray, "3 4"], vertices: Vertices) -> "PosedSurface":
-        """The surface where its vertices are.
+        """Makes the surface from vertices in the world.
 
         Args:
-            patches: The surface, cut.
-            bone: The frame in which it is seen, to the world.
-            vertices: Its vertices in the world [m].
+            patches: The surface, cut into patches.
+            bone: The bone's frame to the world.
+            vertices: Vertices of the surface in the world [m].
         """
         to_world = np.ascontiguousarray(bone, np.float32)
         body = np.empty((len(patches.order), 3), np.float32)
@@ -69,13 +69,13 @@ class PosedSurface:
         return cls(to_world, skin)
 
     def into_bone_frame(self, points: Points, order: Int[np.ndarray, " points"]) -> Points:
-        """Points of the world in the bone's frame, reordered, float32 [m]."""
+        """Moves points of the world into the bone's frame, reordered; float32 [m]."""
         out = np.empty((len(order), 3), np.float32)
         into_frame(self.to_world, points, order, out)
         return out
 
     def out_of_bone_frame(self, points: Points, order: Int[np.ndarray, " points"]) -> Points:
-        """Points of the bone's frame in the world, back in the order that `seen` took them from, float32 [m]."""
+        """Moves points of the bone's frame into the world, in the order before `into_bone_frame`; float32 [m]."""
         out = np.empty_like(points)
         out_of_frame(self.to_world, points, order, out)
         return out

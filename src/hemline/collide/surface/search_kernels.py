@@ -1,6 +1,6 @@
-"""Compiled search for the vertex of the body's surface that is nearest to a point: boxes of patches, then of leaves.
+"""Compiled: the vertex of the body's surface nearest to a point is searched for, by boxes of patches, then of leaves.
 
-A place of the surface that is known already bounds how far is looked; the nearer it is, the less there is to look at.
+A place of the surface that is known already bounds the search: the nearer it is, the fewer leaves are visited.
 """
 
 import numpy as np
@@ -15,20 +15,21 @@ _index = np.uintp
 
 @kernel
 def search_buffers(skin):
-    """Room for a search: a byte a patch, the same bytes by eights, and leaves."""
+    """Returns buffers for searches: a byte a patch, the same bytes by eights, and room for a list of leaves."""
     mask = np.zeros((len(skin.patch_limb) + 7) // 8 * 8, np.uint8)
     return mask, mask.view(np.uint64), np.empty(len(skin.leaf_limb), np.int64)
 
 
 @kernel
-def list_leaves(skin, limb, low, high, reach, room):
-    """Leaves of a limb, or (limb < 0) of the whole body, that may be nearer to a box than a distance.
+def list_leaves(skin, limb, low, high, reach, buffers):
+    """Lists leaves of a limb, or (limb < 0) of the whole body, that may be nearer to a box than a distance.
 
-    in: low, high: corners of the box [m], reach: square of the distance [m^2]; out: `room`, see `search_buffers`, its
-    leaves first. Returns how many.
+    Reads: skin; limb; low, high: corners of the box [m]; reach: square of the distance [m^2].
+    Writes: buffers, of `search_buffers`: its list of leaves.
+    Returns: how many leaves are listed.
     """
     boxes, patch_limb, patch_start, leaf_box = skin.patch_box, skin.patch_limb, skin.patch_start, skin.leaf_box
-    mask, words, leaves = room
+    mask, words, leaves = buffers
     zero, patches, count = np.float32(0), len(patch_limb), 0
     lx, ly, lz, hx, hy, hz = low[0], low[1], low[2], high[0], high[1], high[2]
     for k in range(patches):  # bytes instead of a list, so that it vectorises
@@ -54,7 +55,7 @@ def list_leaves(skin, limb, low, high, reach, room):
 
 @kernel(forceinline=True)
 def nearest_corner(skin, face, x, y, z):
-    """Corner of a face that is nearest to a point, and its squared distance [m^2]."""
+    """Returns the corner of a face nearest to the point x, y, z [m], and its squared distance [m^2]."""
     body, faces, f = skin.body, skin.faces, _index(face)
     best, nearest = np.int64(0), np.float32(np.inf)
     for corner in (_index(0), _index(1), _index(2)):
@@ -68,9 +69,11 @@ def nearest_corner(skin, face, x, y, z):
 
 @kernel
 def nearest_vertex(skin, leaves, count, x, y, z, best, nearest):
-    """Vertex of leaves[:count] nearest to a point, if it is nearer than the one that is known: `best`, `nearest`.
+    """Finds the vertex of leaves[:count] nearest to a point, if it is nearer than the one that is known.
 
-    Returns it and its squared distance [m^2].
+    Reads: skin; leaves (leaves,); count; the point x, y, z [m]; best: a known vertex, nearest: its squared distance
+        [m^2].
+    Returns: the vertex, and its squared distance [m^2].
     """
     body, leaf_start, leaf_vertices, leaf_box = skin.body, skin.leaf_start, skin.leaf_vertices, skin.leaf_box
     zero = np.float32(0)
@@ -91,33 +94,38 @@ def nearest_vertex(skin, leaves, count, x, y, z, best, nearest):
 
 
 @kernel
-def seek(skin, limb, x, y, z, best, nearest, room):
-    """Vertex nearest to a point, of one limb or (limb < 0) of the whole body, and its squared distance [m^2].
+def seek(skin, limb, x, y, z, best, nearest, buffers):
+    """Finds the vertex of one limb, or (limb < 0) of the whole body, that is nearest to a point.
 
-    in: best, nearest: a vertex that is known and its squared distance, or -1 and how far to look at all; room: see
-    `search_buffers`.
+    Reads: skin; limb; the point x, y, z [m]; best, nearest: a known vertex and its squared distance, or -1 and the
+        square of the search radius [m^2].
+    Writes: buffers, of `search_buffers`.
+    Returns: the vertex, -1 for none, and its squared distance [m^2].
     """
-    count = list_leaves(skin, limb, (x, y, z), (x, y, z), nearest, room)
-    return nearest_vertex(skin, room[2], count, x, y, z, best, nearest)
+    count = list_leaves(skin, limb, (x, y, z), (x, y, z), nearest, buffers)
+    return nearest_vertex(skin, buffers[2], count, x, y, z, best, nearest)
 
 
 @kernel
-def seek_place(skin, limb, face, x, y, z, room):
-    """Nearest place of the surface to a point, around the vertex that `seek` finds; as from `walk`.
+def seek_place(skin, limb, face, x, y, z, buffers):
+    """Finds the place of the surface nearest to a point, around the vertex that `seek` finds.
 
-    in: face: one of that limb, the nearer the better.
+    Reads: skin; limb; face: one of that limb, the nearer the better; the point x, y, z [m].
+    Writes: buffers, of `search_buffers`.
+    Returns: face, two weights and squared distance, as `walk` returns them.
     """
     best, nearest = nearest_corner(skin, face, x, y, z)
-    vertex, _ = seek(skin, limb, x, y, z, best, nearest, room)
+    vertex, _ = seek(skin, limb, x, y, z, best, nearest, buffers)
     return walk(skin, np.int64(skin.ring[skin.ring_start[vertex]]), np.int64(MOST_STEPS), x, y, z)
 
 
 @kernel
-def seek_block(skin, limb, points, which, faces, count, room, vertices_out):
-    """As `seek`, for points near to each other, which look through the same leaves.
+def seek_block(skin, limb, points, which, faces, count, buffers, vertices_out):
+    """Finds the nearest vertex, as `seek` does, for points near to each other, which share one list of leaves.
 
-    in: points (n,3), which[:count] of them; faces[:count]: one of the limb for each, the nearer the better; room: see
-    `search_buffers`; out: vertices_out[:count].
+    Reads: skin; limb; points (verts, 3) [m]; which[:count]: those to search for; faces[:count]: a face of the limb for
+        each, the nearer the better.
+    Writes: buffers, of `search_buffers`; vertices_out[:count].
     """
     far, squares, reach = np.float32(np.inf), np.empty(count, np.float32), np.float32(0)
     lx, ly, lz, hx, hy, hz = far, far, far, -far, -far, -far
@@ -127,16 +135,16 @@ def seek_block(skin, limb, points, which, faces, count, room, vertices_out):
         lx, ly, lz, hx, hy, hz = min(lx, x), min(ly, y), min(lz, z), max(hx, x), max(hy, y), max(hz, z)
         vertices_out[k], squares[k] = nearest_corner(skin, faces[k], x, y, z)
         reach = max(reach, squares[k])
-    near = list_leaves(skin, limb, (lx, ly, lz), (hx, hy, hz), reach, room)
+    near = list_leaves(skin, limb, (lx, ly, lz), (hx, hy, hz), reach, buffers)
     for k in range(count):
         i = _index(which[k])
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        vertices_out[k], _ = nearest_vertex(skin, room[2], near, x, y, z, vertices_out[k], squares[k])
+        vertices_out[k], _ = nearest_vertex(skin, buffers[2], near, x, y, z, vertices_out[k], squares[k])
 
 
 @kernel(forceinline=True)
 def some_face(skin, limb):
-    """A face of a limb; 0 where it has none."""
+    """Returns a face of a limb; 0 where it has none."""
     for leaf in range(len(skin.leaf_limb)):
         if skin.leaf_limb[leaf] == limb:
             return np.int64(leaf * LEAF)
@@ -145,7 +153,7 @@ def some_face(skin, limb):
 
 @kernel(forceinline=True)
 def face_of_limb(skin, vertex, limb):
-    """A face around a vertex that belongs to a limb, -1 if none does: a search on that limb may find the vertex."""
+    """Returns a face around a vertex that belongs to a limb, or -1; a search of that limb may find the vertex."""
     v = _index(vertex)
     for k in range(skin.ring_start[v], skin.ring_start[v + _index(1)]):
         face = np.int64(skin.ring[_index(k)])

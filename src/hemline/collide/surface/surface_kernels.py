@@ -1,6 +1,6 @@
-"""Nearest places on a posed body's surface: compiled code.
+"""Compiled: the nearest place on a posed body's surface, by a walk from face to face.
 
-A walk from face to face follows a point from frame to frame; `search_kernels` looks everywhere.
+The walk follows a point from frame to frame; `search_kernels` searches the whole surface.
 """
 
 from typing import NamedTuple
@@ -12,14 +12,14 @@ from hemline.compiled import kernel
 
 _index = np.uintp
 MOST_STEPS = 100
-"""Faces that a walk passes at most."""
+"""Faces that a walk passes, at most."""
 
 
 class SkinPatches(NamedTuple):
-    """The body's surface in one frame as kernels take it: `patches.ClothPatches` and where its vertices are now."""
+    """The skin of a body in one frame, as kernels read it: the arrays of `patches.Patches`, and vertices."""
 
     body: Vertices
-    """Its renumbered vertices in the frame of the key bone, float32 [m]."""
+    """Renumbered vertices in the frame of the key bone, float32 [m]."""
     faces: Faces
     """Triangles, eight a leaf."""
     across: Int[np.ndarray, "faces 3"]
@@ -37,23 +37,27 @@ class SkinPatches(NamedTuple):
     patch_start: Int[np.ndarray, " patches+1"]
     """Where each patch's leaves begin."""
     patch_box: Float[np.ndarray, "6 patches"]
-    """The same of each patch [m]."""
+    """Three lowest, then three highest coordinates of each patch [m]."""
     patch_limb: Int[np.ndarray, " patches"]
     """Limb that each patch belongs to."""
     leaf_limb: Int[np.ndarray, " leaves"]
     """Limb that each leaf belongs to."""
     known: Bool[np.ndarray, " verts"]
-    """Vertices whose normal was asked for in this frame; kernels write to it."""
+    """Vertices whose normal was computed in this frame; kernels write to it."""
     normals: Normals
-    """Their unit normals; kernels write to it."""
+    """Unit normals of the vertices in `known`; kernels write to it."""
 
 
 @kernel(forceinline=True)
 def nearest_weights(a, b, c):
-    """Barycentric weights (of b and of c) of the point of the triangle a, b, c nearest to the origin.
+    """Finds the point of the triangle a, b, c nearest to the origin.
 
-    In the precision of its arguments, float32 in real time, and about the origin, so that nothing is lost far from it;
-    `meshes.closest_kernels.corner_weights` and `sim.contact.touch_kernels.closest_on_triangle` do it in float64.
+    It works in the precision of its arguments, float32 in real time, and about the origin, so that no digits are lost
+    far from it. `meshes.closest_kernels.corner_weights` and `sim.contact.body.touch_kernels.closest_on_triangle` do the
+    same in float64.
+
+    Reads: corners a, b, c as tuples of three [m].
+    Returns: the barycentric weights of b and of c.
 
     Source: Ericson, "Real-Time Collision Detection", 2005, section 5.1.5.
     """
@@ -80,20 +84,21 @@ def nearest_weights(a, b, c):
         return zero, d2 / (d2 - d6)
     va = d3 * d6 - d5 * d4
     if va <= 0 and d4 - d3 >= 0 and d5 - d6 >= 0:
-        share = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        return one - share, share
+        weight = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        return one - weight, weight
     scale = one / max(va + vb + vc, np.float32(1e-30))
     return vb * scale, vc * scale
 
 
 @kernel(forceinline=True)
 def walk(skin, start, most_steps, x, y, z):
-    """Nearest point of the surface reached from a face by going on over the edge or corner that is nearest.
+    """Walks from face to face towards a point, each time across the edge or corner that is nearest to it.
 
-    A face that lies wholly beyond the plane through the nearest place, square to the way there, is passed over.
+    A face that lies wholly beyond the plane through the nearest place, square to the direction of the point, is
+    skipped.
 
-    in: skin; start: a face; most_steps: when to give up; returns face, weights of its second and third corner, squared
-    distance [m^2].
+    Reads: skin; start: a face; most_steps; the point x, y, z [m].
+    Returns: the last face, the weights of its second and third corner at the nearest place, squared distance [m^2].
     """
     body, faces, across, ring_start, ring = skin.body, skin.faces, skin.across, skin.ring_start, skin.ring
     best, at_b, at_c, nearest = np.int64(start), np.float32(0), np.float32(0), np.float32(np.inf)
@@ -146,7 +151,11 @@ def walk(skin, start, most_steps, x, y, z):
 
 @kernel
 def vertex_normal(body, faces, ring_start, ring, vertex, known, normals_out):
-    """Area-weighted unit normal of a vertex, kept: known (verts,), normals_out (verts,3)."""
+    """Computes the area-weighted unit normal of a vertex.
+
+    Reads: body (body_verts, 3) [m]; faces (faces, 3); ring_start, ring: faces around each vertex; vertex.
+    Writes: known (body_verts,), normals_out (body_verts, 3).
+    """
     v = _index(vertex)
     nx, ny, nz = np.float32(0), np.float32(0), np.float32(0)
     for k in range(ring_start[v], ring_start[v + _index(1)]):
@@ -163,7 +172,12 @@ def vertex_normal(body, faces, ring_start, ring, vertex, known, normals_out):
 
 @kernel(forceinline=True)
 def interpolate_normal(skin, face, at_b, at_c):
-    """Unit normal at a place of a face, blended from its corners."""
+    """Interpolates the unit normal at a place of a face from its corners.
+
+    Reads: skin; face; at_b, at_c: weights of its second and third corner.
+    Writes: the skin's normals that were not known yet.
+    Returns: the three coordinates of the normal.
+    """
     faces, known, normals = skin.faces, skin.known, skin.normals
     f = _index(face)
     i, j, k = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2])
@@ -180,7 +194,7 @@ def interpolate_normal(skin, face, at_b, at_c):
 
 @kernel(forceinline=True)
 def point_on_face(skin, face, at_b, at_c):
-    """Position of a place of a face."""
+    """Returns the position of a place of a face [m], given the weights of its second and third corner."""
     body, faces = skin.body, skin.faces
     f = _index(face)
     i, j, k, at_a = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2]), np.float32(1) - at_b - at_c
@@ -192,7 +206,7 @@ def point_on_face(skin, face, at_b, at_c):
 
 @kernel
 def height_over(skin, face, at_b, at_c, x, y, z):
-    """Height of a point over the skin at a place of a face, along the normal there [m]."""
+    """Returns the height of a point over a place of a face, along the normal there [m]."""
     cx, cy, cz = point_on_face(skin, face, at_b, at_c)
     nx, ny, nz = interpolate_normal(skin, face, at_b, at_c)
     return (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
@@ -200,7 +214,7 @@ def height_over(skin, face, at_b, at_c, x, y, z):
 
 @kernel(forceinline=True)
 def plane_height(skin, face, x, y, z):
-    """Height of a point over the plane of a face [m]."""
+    """Returns the height of a point over the plane of a face [m]."""
     body, faces = skin.body, skin.faces
     f = _index(face)
     i, j, k = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2])

@@ -1,4 +1,4 @@
-"""Edges that are too long now, made shorter in a few sweeps: compiled."""
+"""Compiled: edges that are too long are shortened in a few sweeps."""
 
 import numpy as np
 
@@ -11,13 +11,14 @@ _index = np.uintp
 
 @kernel
 def limit_edges(edges, longest, free, rest, stretch, sweeps, moved):
-    """Shorten what is too long by the pattern, and by the garment at rest on the body.
+    """Shortens edges that are too long both by the pattern and by the garment at rest on the body.
 
-    One pass without a branch lists what is too long by the pattern; only that is swept, to and fro.
+    One pass without a branch lists the edges that are too long by the pattern; only these are swept, to and fro.
 
-    in: edges (edges,2), longest (edges,): as long as each may be by the pattern [m], free (n,): 1, or 0 for pinned
-    vertices, rest (n,3): the garment at rest on this body [m], stretch: longest allowed, over the length there; sweeps:
-    how many; in and out: moved (n,3) [m].
+    Reads: edges (edges, 2); longest (edges,): longest length by the pattern [m]; free (verts,): 1, or 0 for pinned
+        vertices; rest (verts, 3): the garment at rest on this body [m]; stretch: longest length over that at rest;
+        sweeps.
+    Writes: moved (verts, 3) [m].
     """
     listed, count = np.empty(len(edges) + 1, np.int64), np.int64(0)
     for place in range(len(edges)):

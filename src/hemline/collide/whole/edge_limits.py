@@ -1,4 +1,4 @@
-"""Keeps a garment of blended settled states from being stretched as no settled one is."""
+"""Keeps a garment that is blended from settled states from being stretched more than any settled state is."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
@@ -14,38 +14,38 @@ if TYPE_CHECKING:
     from hemline.garments import Garment
 
 STRETCH = 1.15
-"""Longest that an edge may be, over its length by the pattern, or in the garment at rest on the body if that is longer.
-Of the edges of settled garments 1.1 % are longer, and 0.1 % longer by 30 %."""
+"""Longest length of an edge, over its length by the pattern, or in the garment at rest on the body if that is longer.
+In settled garments 1.1 % of the edges are longer, and 0.1 % are longer by 30 %."""
 SWEEPS = 4
-"""Over the edges that are too long."""
+"""Passes over the edges that are too long."""
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeLimits:
     """The edges of a garment, and how long each may be.
 
-    The whole-cloth step would draw such a garment into a body that stretches it, a large chest. This one lets edges be
-    as long as they are at rest on that body, moves nothing where no edge is too long, and remembers nothing.
+    The whole-cloth step would draw such a garment into a body that stretches it, as a large chest does. This step lets
+    edges be as long as they are at rest on that body, moves nothing where no edge is too long, and keeps no state.
     """
 
     edges: Int[np.ndarray, "edges 2"]
     longest: Float[np.ndarray, " edges"]
-    """By the pattern [m]."""
+    """Longest length of each edge by the pattern [m]."""
     free: Float[np.ndarray, " verts"]
     """1, or 0 for pinned vertices."""
     stretch: float = STRETCH
-    """Longest that an edge may be, over its length at rest."""
+    """Longest length of an edge over its length at rest [1]."""
 
     @classmethod
     def of(
         cls, garment: "Garment", limited: Bool[np.ndarray, " verts"] | None = None, stretch: float = STRETCH
     ) -> Self:
-        """Those of a garment.
+        """Makes the limits of a garment.
 
         Args:
             garment: The garment.
-            limited: The vertices that are held together; None: all.
-            stretch: Longest that an edge may be, over its length at rest [1].
+            limited: Vertices whose edges are limited; None: all.
+            stretch: Longest length of an edge over its length at rest [1].
         """
         edges, lengths = rest_lengths(garment.faces, garment.rest_edges)
         if limited is not None:
@@ -56,7 +56,7 @@ class EdgeLimits:
         return cls(edges, (stretch * lengths).astype(np.float32), free, stretch)
 
     def shorten(self, vertices: Vertices, rest: Vertices) -> Vertices:
-        """The garment with what is too long made shorter (verts, 3) [m].
+        """Returns the garment with edges that are too long shortened (verts, 3) [m].
 
         Args:
             vertices: The garment now (verts, 3) [m].

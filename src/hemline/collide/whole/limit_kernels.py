@@ -1,4 +1,4 @@
-"""Edges that are too long, made shorter, on the control vertices and on all vertices: compiled code."""
+"""Compiled: edges that are too long are shortened, on the control vertices and on all vertices."""
 
 import numpy as np
 
@@ -13,9 +13,10 @@ PUSH = np.float32(1.4)
 
 @kernel(forceinline=True)
 def shorten(places, free, a, b, most):
-    """Pull the ends of an edge together where it is longer than it may be.
+    """Pulls the ends of an edge together where it is longer than it may be.
 
-    in: free (n,): 1, or 0 for what does not move, a, b: the ends, most [m]; in and out: places (n,3) [m].
+    Reads: free (n,): 1, or 0 for vertices that do not move; a, b: the ends; most: longest length [m].
+    Writes: places (n, 3) [m].
     """
     x, y, z = places[b, 0] - places[a, 0], places[b, 1] - places[a, 1], places[b, 2] - places[a, 2]
     squared = x * x + y * y + z * z
@@ -32,35 +33,42 @@ def shorten(places, free, a, b, most):
 
 
 @kernel
-def decay_shifts(shifts, share, most, shifts_out):
-    """What is left of the last frame's shifts: each loses a share, and no more than `most`.
+def decay_shifts(shifts, factor, most, shifts_out):
+    """Fades the shifts of the last frame by a factor, but by no more than `most`.
 
-    in: shifts (controls,3) [m], share 0..1: what an exponential keeps, most: largest loss [m]; out: shifts_out.
+    Reads: shifts (controls, 3) [m]; factor: 0 to 1, by an exponential; most: largest loss [m].
+    Writes: shifts_out (controls, 3) [m].
     """
     for c in range(len(shifts)):
         x, y, z = shifts[c, 0], shifts[c, 1], shifts[c, 2]
         size = np.sqrt(x * x + y * y + z * z)
-        kept = max(share, np.float32(1) - most / max(size, np.float32(1e-9)))
+        kept = max(factor, np.float32(1) - most / max(size, np.float32(1e-9)))
         shifts_out[c, 0], shifts_out[c, 1], shifts_out[c, 2] = kept * x, kept * y, kept * z
 
 
 @kernel
-def limit_coarse(points, model, planes, held, sweeps, shifts):
-    """Sweeps over the coarse edges, to and fro, each followed by one over the half-spaces.
+def limit_coarse(points, model, planes, constrained, sweeps, shifts_out):
+    """Shortens coarse edges in sweeps to and fro, each followed by one that pushes samples into their half-spaces.
 
-    in: points (n,3) [m], model: see `CoarseModel`, planes (samples,4) and held (m,): see `constrain_samples`, sweeps: how
-    many; in and out: shifts (controls,3) [m].
+    Reads: points (verts, 3) [m]; model: a `CoarseModel`; planes (samples, 4) and constrained (constrained,) of
+        `constrain_samples`; sweeps.
+    Writes: shifts_out (controls, 3) [m].
     """
+    shifts = shifts_out
     edges, lengths, free, ids, weights = model.edges, model.lengths, model.free, model.weight_ids, model.weights
     zero, near = np.float32(0), weights.shape[1]
-    places, start, scale = np.empty_like(shifts), np.empty((len(held), 3), np.float32), np.empty(len(held), np.float32)
+    places, start, scale = (
+        np.empty_like(shifts),
+        np.empty((len(constrained), 3), np.float32),
+        np.empty(len(constrained), np.float32),
+    )
     for c in range(len(shifts)):
         i = _index(model.controls[c])
         for axis in range(3):
             places[c, axis] = points[i, axis] + shifts[c, axis]
             shifts[c, axis] = points[i, axis]
-    for m in range(len(held)):
-        i = _index(model.samples[_index(held[m])])
+    for m in range(len(constrained)):
+        i = _index(model.samples[_index(constrained[m])])
         x, y, z, total = points[i, 0], points[i, 1], points[i, 2], zero
         for k in range(near):
             c, w = _index(ids[i, k]), weights[i, k]
@@ -71,8 +79,8 @@ def limit_coarse(points, model, planes, held, sweeps, shifts):
         for turn in range(len(edges)):
             e = _index(turn if sweep % 2 == 0 else len(edges) - 1 - turn)
             shorten(places, free, _index(edges[e, 0]), _index(edges[e, 1]), lengths[e])
-        for m in range(len(held)):
-            s = _index(held[m])
+        for m in range(len(constrained)):
+            s = _index(constrained[m])
             i = _index(model.samples[s])
             x, y, z = start[m, 0], start[m, 1], start[m, 2]
             for k in range(near):
@@ -85,43 +93,44 @@ def limit_coarse(points, model, planes, held, sweeps, shifts):
             push = scale[m] * depth
             for k in range(near):
                 c = _index(ids[i, k])
-                share = push * weights[i, k] * free[c]
-                places[c, 0] += share * nx
-                places[c, 1] += share * ny
-                places[c, 2] += share * nz
+                pull = push * weights[i, k] * free[c]
+                places[c, 0] += pull * nx
+                places[c, 1] += pull * ny
+                places[c, 2] += pull * nz
     for c in range(len(shifts)):
         for axis in range(3):
             shifts[c, axis] = places[c, axis] - shifts[c, axis]
 
 
 @kernel
-def carry_vertices(points, shifts, weight_ids, weights, rest, keep, moved_out, carried_out):
-    """All vertices, carried by the control vertices' shifts and by what is kept of the last frame's fine offsets.
+def carry_vertices(points, shifts, weight_ids, weights, offsets, keep, moved_out, carried_out):
+    """Moves all vertices with their control vertices, and by a fraction of the last frame's fine offsets.
 
-    in: points (n,3), shifts (controls,3), rest (n,3): fine offsets of the last frame [m], keep 0..1; out: moved_out
-    (n,3), carried_out (n,3): the same without the offsets.
+    Reads: points (verts, 3), shifts (controls, 3) [m]; weight_ids, weights (verts, near); offsets (verts, 3): fine
+        offsets of the last frame [m]; keep: fraction of them, 0 to 1.
+    Writes: moved_out (verts, 3) [m]; carried_out (verts, 3): vertices without the offsets [m].
     """
     for i in range(len(points)):
         x, y, z = move_point(points, shifts, weight_ids, weights, i)
         carried_out[i, 0], carried_out[i, 1], carried_out[i, 2] = x, y, z
-        moved_out[i, 0] = x + keep * rest[i, 0]
-        moved_out[i, 1] = y + keep * rest[i, 1]
-        moved_out[i, 2] = z + keep * rest[i, 2]
+        moved_out[i, 0] = x + keep * offsets[i, 0]
+        moved_out[i, 1] = y + keep * offsets[i, 1]
+        moved_out[i, 2] = z + keep * offsets[i, 2]
 
 
 @kernel
 def limit_fine(model, stretch, sweeps, moved):
-    """Sweeps over all edges, to and fro; after the first one only where something moved.
+    """Shortens all edges in sweeps to and fro; after the first sweep only where something moved.
 
-    Each block of edges is first looked over without a branch, then those that are too long are shortened one after the
-    other.
+    Each block of edges is first checked without a branch; then those that are too long are shortened one after another.
 
-    in: model: see `FineModel`, stretch: longest allowed, over the length at rest; sweeps: how many; in and out: moved
-    (n,3) [m]. Returns how often an edge was shortened.
+    Reads: model: a `FineModel`; stretch: longest length, over the length at rest; sweeps.
+    Writes: moved (verts, 3) [m].
+    Returns: how often an edge was shortened.
     """
     edges, longest, free, size = model.edges, model.lengths, model.free, model.block_size
     zero, total_count, blocks = np.float32(0), 0, len(model.block_start) - 1
-    asked, touched = np.ones(blocks, np.bool_), np.zeros(blocks, np.bool_)
+    active, touched = np.ones(blocks, np.bool_), np.zeros(blocks, np.bool_)
     most_edges = 0
     for block in range(blocks):
         most_edges = max(most_edges, model.block_start[block + 1] - model.block_start[block])
@@ -129,7 +138,7 @@ def limit_fine(model, stretch, sweeps, moved):
     for sweep in range(sweeps):
         for turn in range(blocks):
             block = turn if sweep % 2 == 0 else blocks - 1 - turn
-            if not asked[block]:
+            if not active[block]:
                 continue
             count = np.int64(0)
             for place in range(model.block_start[block], model.block_start[block + 1]):
@@ -154,10 +163,10 @@ def limit_fine(model, stretch, sweeps, moved):
                 touched[a // _index(size)] = True
                 touched[b // _index(size)] = True
             total_count += count
-        asked[:] = False
+        active[:] = False
         for block in range(blocks):
             if touched[block]:
                 touched[block] = False
                 for k in range(model.beside_start[block], model.beside_start[block + 1]):
-                    asked[model.beside[k]] = True
+                    active[model.beside[k]] = True
     return total_count

@@ -1,4 +1,4 @@
-"""What the whole-cloth step knows of a garment: control vertices over it, and its edges."""
+"""Data of a garment that the whole-cloth step reads: control vertices spread over it, and its edges."""
 
 from itertools import combinations
 from typing import NamedTuple
@@ -6,35 +6,35 @@ from typing import NamedTuple
 import numpy as np
 
 from hemline.arrays import Faces, Float, Int, Vertices
-from hemline.meshes import SurfaceWays, geodesic_distances, rest_lengths, vertex_normals
+from hemline.meshes import GeodesicMesh, geodesic_distances, rest_lengths, vertex_normals
 
 CONTROLS_PER_VERTEX = 4
 """Control vertices that move a vertex."""
 SEARCH_RATIO = 4.0
-"""How far control vertices are looked for, over the largest distance to the nearest one."""
+"""Radius in which control vertices are searched for, over the largest distance to the nearest one."""
 BLOCK_SIZE = 64
 """Vertices in a block of fine edges."""
 _CANDIDATES = 16
-"""Control vertices asked for around each vertex, those of all neighbouring cells among them."""
+"""Control vertices searched for around each vertex, enough to include those of all neighbouring cells."""
 
 
 class CoarseModel(NamedTuple):
     """Control vertices, edges between them, and samples, as kernels take them. Vertices are in the kernels' order."""
 
     controls: Int[np.ndarray, " controls"]
-    """Their vertices."""
+    """Vertex of each control vertex."""
     edges: Int[np.ndarray, "coarse 2"]
     """Neighbouring control vertices, numbers of controls."""
     lengths: Float[np.ndarray, " coarse"]
-    """Their distance along the cloth at rest [m]."""
+    """Distance between the two along the cloth at rest [m]."""
     free: Float[np.ndarray, " controls"]
     """1, or 0 for pinned ones."""
     weight_ids: Int[np.ndarray, "verts near"]
     """The control vertices that move each vertex."""
     weights: Float[np.ndarray, "verts near"]
-    """Their shares, sum 1."""
+    """Weights of these control vertices, with sum 1."""
     samples: Int[np.ndarray, " samples"]
-    """Vertices that the skin holds off."""
+    """Vertices that are kept over the skin."""
     triangles: Int[np.ndarray, "samples 3"]
     """Three control vertices around each sample, counter-clockwise from outside: the cloth's outer side there."""
 
@@ -44,14 +44,15 @@ class FineModel(NamedTuple):
 
     edges: Int[np.ndarray, "edges 2"]
     lengths: Float[np.ndarray, " edges"]
-    """At rest, on the pattern [m]."""
+    """Length of each edge at rest, on the pattern [m]."""
     free: Float[np.ndarray, " verts"]
     """1, or 0 for pinned vertices."""
     block_start: Int[np.ndarray, " blocks_and_one"]
     """Where the edges of each block begin: those whose first vertex is in it."""
     beside_start: Int[np.ndarray, " blocks_and_one"]
+    """Where the blocks beside each block begin in `beside`."""
     beside: Int[np.ndarray, " beside"]
-    """Blocks with edges that end in each block, itself included."""
+    """Blocks with edges that end in each block, the block itself included."""
     block_size: int
 
 
@@ -63,23 +64,23 @@ def coarse_model(
     control_count: int,
     sample_count: int,
 ) -> CoarseModel:
-    """Spread control vertices and samples over a garment.
+    """Spreads control vertices and samples over a garment.
 
     Args:
         vertices: The garment at rest [m].
         faces: Its triangles, counter-clockwise from outside.
-        rest_edges: Its flat triangles.
+        rest_edges: Edges of its flat triangles [m].
         pinned: Vertices that the body carries.
-        control_count: Control vertices, at most one a vertex.
-        sample_count: Samples, the next ones of the same sequence.
+        control_count: Number of control vertices, at most one a vertex.
+        sample_count: Number of samples, which continue the sequence of control vertices.
     """
     count = len(vertices)
-    ways = SurfaceWays.of(vertices, faces, rest_edges)
-    points = ways.spread(min(control_count + sample_count, count))
+    paths = GeodesicMesh.of(vertices, faces, rest_edges)
+    points = paths.sample(min(control_count + sample_count, count))
     controls = points[:control_count]
     nearest = geodesic_distances(vertices, faces, controls, rest_edges=rest_edges)
     farthest = nearest[np.isfinite(nearest)].max(initial=1e-6)
-    near, distances = ways.nearest(controls, _CANDIDATES, SEARCH_RATIO * farthest)
+    near, distances = paths.nearest(controls, _CANDIDATES, SEARCH_RATIO * farthest)
     ids, weights = _weights(near, distances)
     edges, lengths = _coarse_edges(faces, controls, near, distances)
     if len(pinned):
@@ -102,17 +103,17 @@ def coarse_model(
 
 
 def fine_model(faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"], pinned: Int[np.ndarray, " pins"]) -> FineModel:
-    """The edges of a garment, sorted by blocks of vertices.
+    """Collects the edges of a garment, sorted by blocks of vertices.
 
     Args:
         faces: Triangles.
-        rest_edges: Flat triangles.
+        rest_edges: Edges of the flat triangles [m].
         pinned: Vertices that the body carries.
     """
     count = int(faces.max()) + 1
     edges, lengths = rest_lengths(faces, rest_edges)
-    kept = ~np.isin(edges, pinned).all(axis=1)
-    edges, lengths = edges[kept], lengths[kept]
+    inner = ~np.isin(edges, pinned).all(axis=1)
+    edges, lengths = edges[inner], lengths[inner]
     blocks = -(-count // BLOCK_SIZE)
     order = np.lexsort((_colours(edges, count), edges[:, 0] // BLOCK_SIZE))
     edges, lengths = edges[order], lengths[order]
@@ -132,7 +133,7 @@ def fine_model(faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"], pinned:
 
 
 def _colours(edges: np.ndarray, count: int) -> np.ndarray:
-    """Colours of edges, so that those of one colour share no vertex: the processor then works on several at once."""
+    """Colours edges so that those of one colour share no vertex: the processor then works on several at once."""
     taken, colours = [0] * count, np.empty(len(edges), np.int64)
     for index, (a, b) in enumerate(edges.tolist()):
         both = taken[a] | taken[b]
@@ -144,12 +145,14 @@ def _colours(edges: np.ndarray, count: int) -> np.ndarray:
 
 
 def _weights(near: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Shares (1 - (d / d5)^2)^2 of the nearest, with d5 the distance to the one after them; places not filled: 0."""
+    """Returns the nearest control vertices and their weights (1 - (d / d5)^2)^2; d5 is the fifth distance."""
     distances, whole = distances[:, : CONTROLS_PER_VERTEX + 1], np.isfinite(distances[:, CONTROLS_PER_VERTEX])
     last = np.where(np.isfinite(distances), distances, 0).max(axis=1)
     reach = np.where(whole, last, 1.5 * last)
-    share = np.where(np.isfinite(distances), distances, np.inf)[:, :CONTROLS_PER_VERTEX] / np.maximum(reach, 1e-9)[:, None]
-    weights = np.clip(1 - share**2, 0, 1) ** 2
+    ratio = (
+        np.where(np.isfinite(distances), distances, np.inf)[:, :CONTROLS_PER_VERTEX] / np.maximum(reach, 1e-9)[:, None]
+    )
+    weights = np.clip(1 - ratio**2, 0, 1) ** 2
     weights[:, 0] = np.maximum(weights[:, 0], 1e-6)
     return np.maximum(near[:, :CONTROLS_PER_VERTEX], 0), weights / weights.sum(axis=1, keepdims=True)
 
@@ -157,7 +160,7 @@ def _weights(near: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.nd
 def _coarse_edges(
     faces: np.ndarray, controls: np.ndarray, near: np.ndarray, distances: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Control vertices whose cells touch, and how far apart they are along the cloth."""
+    """Returns the pairs of control vertices whose cells touch, and their distances along the cloth [m]."""
     cell = near[:, 0]
     ends = np.sort(np.stack([cell[faces], cell[np.roll(faces, -1, axis=1)]], axis=2).reshape(-1, 2), axis=1)
     ends = np.unique(ends[(ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0)], axis=0)
@@ -169,7 +172,7 @@ def _coarse_edges(
 
 
 def _triangles(vertices: np.ndarray, faces: np.ndarray, around: np.ndarray) -> np.ndarray:
-    """Of four vertices around each sample, the three with the largest triangle, turned as the cloth is."""
+    """Selects from four vertices around each sample the three with the largest triangle, oriented like the cloth."""
     normals = vertex_normals(vertices, faces)
     triples = np.stack([around[:, list(three)] for three in combinations(range(around.shape[1]), 3)], axis=1)
     corner = np.asarray(vertices, np.float64)[triples]
@@ -177,6 +180,6 @@ def _triangles(vertices: np.ndarray, faces: np.ndarray, around: np.ndarray) -> n
     chosen = np.linalg.norm(across, axis=2).argmax(axis=1)
     rows = np.arange(len(around))
     triangles, across = triples[rows, chosen], across[rows, chosen]
-    turned = (across * normals[triangles].sum(axis=1)).sum(axis=1) < 0
-    triangles[turned] = triangles[turned][:, [0, 2, 1]]
+    reversed_ = (across * normals[triangles].sum(axis=1)).sum(axis=1) < 0
+    triangles[reversed_] = triangles[reversed_][:, [0, 2, 1]]
     return triangles

@@ -1,7 +1,8 @@
-"""Where the skin holds off the cloth's samples: compiled code.
+"""Compiled: half-spaces over the skin, in which the samples of the cloth are to stay.
 
-A sample keeps the face of the body that held it off last. The face walks along with it, so that cloth stays on the side
-of a limb where it was, however deep the animator has put it. Everything is in the frame of the key bone.
+A sample remembers the face of the body that constrained it last. The face follows the sample by a walk over the skin,
+so that cloth stays on the side of a limb where it was, however deep the animator has put it. All positions are in the
+frame of the key bone.
 """
 
 from typing import NamedTuple
@@ -10,63 +11,76 @@ import numpy as np
 
 from hemline.arrays import Bool, Float, Int, UInt
 from hemline.collide.surface.search_kernels import search_buffers, seek_place
-from hemline.collide.surface.surface_kernels import interpolate_normal, point_on_face, plane_height, vertex_normal, walk
+from hemline.collide.surface.surface_kernels import interpolate_normal, plane_height, point_on_face, vertex_normal, walk
 from hemline.compiled import kernel
 
 _index = np.uintp
 WALK_STEPS = 8
-"""Faces that a sample's place passes at most, each time."""
+"""Faces that the walk of a sample passes each time, at most."""
 NEARER = np.float32(0.9)
-"""Another place takes over where its squared distance is below this share of the old one's."""
-AGREES = np.float32(0.2)
-"""Least cosine between cloth and skin of a place that takes over a sample which is inside there."""
-AWAY = np.float32(0.035)
-"""A sample that was higher over the skin is not looked at in every frame, unless it came down to its face [m]."""
-LOOK_AWAY = 4
-"""Frames from one look at such a sample to the next."""
-LOOK_AGAIN = 8
-"""Frames from one look for the skin of other limbs to the next."""
+"""Another place takes over where its squared distance is below this fraction of the old one's."""
+LEAST_AGREEMENT = np.float32(0.2)
+"""Least cosine between cloth and skin at a place that takes over a sample which is inside there."""
+FAR_HEIGHT = np.float32(0.035)
+"""A sample that was higher over the skin is skipped in most frames, unless it came down to its face [m]."""
+FAR_INTERVAL = 4
+"""Frames between two visits of such a sample."""
+SEARCH_INTERVAL = 8
+"""Frames between two searches for the skin of other limbs."""
 
 
 class Limbs(NamedTuple):
     """The limb of each body vertex."""
 
     number: Int[np.ndarray, " body_verts"]
+    """Number of the limb."""
     bit: UInt[np.ndarray, " body_verts"]
-    """One bit a limb, uint32."""
+    """Bit of the limb, uint32."""
 
 
 class LimbGrid(NamedTuple):
-    """A grid over the body."""
+    """A grid over the body that tells which limbs may be near."""
 
     bits: UInt[np.ndarray, "x y z"]
-    """The limbs that may be near, by their bits, uint32."""
+    """Bits of the limbs that may be near each cell, uint32."""
     low: Float[np.ndarray, " 3"]
-    """Its corner [m]."""
+    """Lowest corner of the grid [m]."""
     size: np.float32
-    """Of a cell [m]."""
+    """Edge length of a cell [m]."""
+
+
+class Samples(NamedTuple):
+    """The samples that are visited, and how high over the skin they are constrained."""
+
+    listed: Int[np.ndarray, " listed"]
+    """Samples to visit."""
+    margins: Float[np.ndarray, " samples"]
+    """Least height of each sample over the skin [m]."""
+    reach: np.float32
+    """A sample is constrained up to this height above its margin [m]."""
 
 
 class SampleMemory(NamedTuple):
-    """What is remembered of each sample."""
+    """State of the samples between frames; kernels write to all arrays."""
 
     faces: Int[np.ndarray, " samples"]
-    """The face of the body that held it last."""
+    """Face of the body that constrained the sample last."""
     heights: Float[np.ndarray, " samples"]
-    """Its height over that face when last looked at [m]."""
+    """Height over that face when last measured [m]."""
     fresh: Bool[np.ndarray, " samples"]
-    """Whether it was away from all skin, so that it looks for the nearest when it comes back."""
+    """Whether the sample was away from all skin; it searches for the nearest skin when it comes back."""
 
     def copy(self) -> "SampleMemory":
-        """The same in arrays of its own."""
+        """Returns a copy that shares no array."""
         return SampleMemory(self.faces.copy(), self.heights.copy(), self.fresh.copy())
 
 
 @kernel
 def grid_around(patch_box, size, widen, low_out, counts_out):
-    """The grid over a body: low_out (3,): its corner [m], counts_out (3,): cells along each axis.
+    """Places a grid around the body.
 
-    in: patch_box (6,patches) [m], size: of a cell [m], widen: what boxes grow by [m].
+    Reads: patch_box (6, patches) [m]; size: edge length of a cell [m]; widen: boxes are widened by it [m].
+    Writes: low_out (3,): lowest corner [m]; counts_out (3,): cells along each axis.
     """
     for axis in range(3):
         low, high = np.float32(np.inf), np.float32(-np.inf)
@@ -78,10 +92,11 @@ def grid_around(patch_box, size, widen, low_out, counts_out):
 
 @kernel
 def fill_cells(patch_box, patch_bit, low, size, widen, cells_out):
-    """Which limbs may be near, by cells of a grid.
+    """Marks in each cell of a grid which limbs may be near.
 
-    in: patch_box (6,patches) [m], patch_bit (patches,): one bit a limb, low (3,): the grid's corner [m], size: of a
-    cell [m], widen: what boxes grow by [m]; out: cells_out (x,y,z) uint32, zero before.
+    Reads: patch_box (6, patches) [m]; patch_bit (patches,): bit of the limb; low (3,): lowest corner of the grid [m];
+        size: edge length of a cell [m]; widen: boxes are widened by it [m].
+    Writes: cells_out (x, y, z), uint32, zero before.
     """
     nx, ny, nz = cells_out.shape
     for k in range(patch_box.shape[1]):
@@ -99,7 +114,7 @@ def fill_cells(patch_box, patch_bit, low, size, widen, cells_out):
 
 @kernel(forceinline=True)
 def move_point(points, shifts, weight_ids, weights, vertex):
-    """A vertex where the control vertices' shifts take it."""
+    """Returns a vertex as the shifts of its control vertices move it [m]."""
     i = _index(vertex)
     x, y, z = points[i, 0], points[i, 1], points[i, 2]
     for k in range(weights.shape[1]):
@@ -110,7 +125,7 @@ def move_point(points, shifts, weight_ids, weights, vertex):
 
 @kernel
 def may_be_nearer(skin, own_limb, x, y, z, squared):
-    """Whether a patch of another limb than `own_limb` may have skin within a squared distance of a point [m^2]."""
+    """Tells whether a patch of another limb may have skin within a squared distance of a point [m^2]."""
     box, found = skin.patch_box, False
     for k in range(box.shape[1]):
         dx = max(box[0, k] - x, x - box[3, k], np.float32(0))
@@ -122,39 +137,39 @@ def may_be_nearer(skin, own_limb, x, y, z, squared):
 
 @kernel
 def constrain_samples(
-    skin, limbs, cells, points, shifts, model, listed, again, turn, margins, reach, memory, planes_out, held_out
+    skin, limbs, grid, points, shifts, model, samples, memory, turn, again, planes_out, constrained_out
 ):
-    """Half-spaces that samples near the skin are to stay in.
+    """Finds the half-spaces in which samples near the skin are to stay.
 
-    in: skin, limbs, cells: where which limb may be near; points (n,3) and shifts (controls,3) [m]; model: see
-    `CoarseModel`; listed (m,): which samples; again: only walk, do not seek; turn: frames; margins (samples,): height
-    that each is held at, reach: how far above that it is held [m]; in and out: memory: see `SampleMemory`; out:
-    planes_out (samples,4): unit normal and least height along it [m], held_out (samples,): which are near. Returns how
-    many.
+    Reads: skin; limbs; grid; points (verts, 3) and shifts (controls, 3) [m]; model: a `CoarseModel`; samples; turn:
+        frame number; again: whether samples only walk and do not search.
+    Writes: memory; planes_out (samples, 4): unit normal, and least height along it [m]; constrained_out (samples,): the
+        samples that have a half-space come first.
+    Returns: how many samples have a half-space.
     """
-    room, zero, one = search_buffers(skin), np.float32(0), np.float32(1)
-    low, size, grid = cells.low, cells.size, cells.bits
+    margins, listed, low, size, bits_of = samples.margins, samples.listed, grid.low, grid.size, grid.bits
+    buffers, zero, one = search_buffers(skin), np.float32(0), np.float32(1)
     faces, heights, fresh = memory.faces, memory.heights, memory.fresh
     count = 0
     for m in range(len(listed)):
         s = _index(listed[m])
-        near = margins[s] + reach
+        near = margins[s] + samples.reach
         x, y, z = move_point(points, shifts, model.weight_ids, model.weights, model.samples[s])
         bits = np.uint32(0)
         gx, gy, gz = (x - low[0]) / size, (y - low[1]) / size, (z - low[2]) / size
         if gx >= zero and gy >= zero and gz >= zero:
             i, j, k = np.int64(gx), np.int64(gy), np.int64(gz)
-            if i < grid.shape[0] and j < grid.shape[1] and k < grid.shape[2]:
-                bits = grid[i, j, k]
+            if i < bits_of.shape[0] and j < bits_of.shape[1] and k < bits_of.shape[2]:
+                bits = bits_of[i, j, k]
         if bits == 0:
             fresh[s] = True
             continue
-        away = heights[s] > AWAY and not fresh[s] and (np.int64(s) + turn) % LOOK_AWAY != 0
-        if away and plane_height(skin, faces[s], x, y, z) > near:
+        skipped = heights[s] > FAR_HEIGHT and not fresh[s] and (np.int64(s) + turn) % FAR_INTERVAL != 0
+        if skipped and plane_height(skin, faces[s], x, y, z) > near:
             continue
         face, at_b, at_c, squared = walk(skin, np.int64(faces[s]), np.int64(WALK_STEPS), x, y, z)
         own = limbs.bit[_index(skin.faces[_index(face), 0])]
-        alone = again or not (fresh[s] or ((bits & ~own) != 0 and (np.int64(s) + turn) % LOOK_AGAIN == 0))
+        alone = again or not (fresh[s] or ((bits & ~own) != 0 and (np.int64(s) + turn) % SEARCH_INTERVAL == 0))
         if alone and squared > near * near and plane_height(skin, face, x, y, z) > zero:
             faces[s], heights[s], fresh[s] = face, np.sqrt(squared), False
             continue
@@ -162,9 +177,9 @@ def constrain_samples(
         nx, ny, nz = interpolate_normal(skin, face, at_b, at_c)
         height = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
         own_limb = np.int32(-1) if fresh[s] else limbs.number[_index(skin.faces[_index(face), 0])]
-        due = height > zero and (bits & ~own) != 0 and (np.int64(s) + turn) % LOOK_AGAIN == 0
+        due = height > zero and (bits & ~own) != 0 and (np.int64(s) + turn) % SEARCH_INTERVAL == 0
         if (fresh[s] or due) and not again and may_be_nearer(skin, own_limb, x, y, z, NEARER * squared):
-            other, other_b, other_c, other_squared = seek_place(skin, np.int32(-1), face, x, y, z, room)
+            other, other_b, other_c, other_squared = seek_place(skin, np.int32(-1), face, x, y, z, buffers)
             if other_squared < NEARER * squared:
                 ox, oy, oz = point_on_face(skin, other, other_b, other_c)
                 mx, my, mz = interpolate_normal(skin, other, other_b, other_c)
@@ -177,7 +192,7 @@ def constrain_samples(
                     bx, by, bz, ex, ey, ez = bx - ax, by - ay, bz - az, ex - ax, ey - ay, ez - az
                     tx, ty, tz = by * ez - bz * ey, bz * ex - bx * ez, bx * ey - by * ex
                     scale = one / max(np.sqrt(tx * tx + ty * ty + tz * tz), np.float32(1e-20))
-                    takes = (tx * mx + ty * my + tz * mz) * scale > AGREES
+                    takes = (tx * mx + ty * my + tz * mz) * scale > LEAST_AGREEMENT
                 if takes:
                     face, cx, cy, cz, nx, ny, nz = other, ox, oy, oz, mx, my, mz
                     height = other_height
@@ -185,17 +200,17 @@ def constrain_samples(
         if height < near:
             planes_out[s, 0], planes_out[s, 1], planes_out[s, 2] = nx, ny, nz
             planes_out[s, 3] = cx * nx + cy * ny + cz * nz + margins[s]
-            held_out[count] = s
+            constrained_out[count] = s
             count += 1
     return count
 
 
 @kernel
 def place_pins(skin, corners, weights, heights, places_out):
-    """Where pins on the skin are: x = sum_c w_c v_c + h n, with n the interpolated unit normal.
+    """Places pins on the skin: x = sum_c w_c v_c + h n, with n the interpolated unit normal.
 
-    in: skin, corners (pins,3): renumbered body vertices, weights (pins,3), heights (pins,) [m]; out: places_out
-    (pins,3).
+    Reads: skin; corners (pins, 3): renumbered body vertices; weights (pins, 3); heights (pins,) [m].
+    Writes: places_out (pins, 3) [m]; the skin's normals that were not known yet.
     """
     body, known, normals = skin.body, skin.known, skin.normals
     for p in range(len(corners)):

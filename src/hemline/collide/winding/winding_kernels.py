@@ -1,22 +1,46 @@
-"""Winding numbers by signed ray crossings: compiled code.
+"""Compiled: winding numbers by signed ray crossings.
 
 The predicate is watertight: both faces at an edge evaluate the same expression with the two products exchanged, which
 IEEE arithmetic rounds alike, so a ray never slips between two faces nor hits both. It must therefore be compiled
 without fused multiply-add and without fast-math. `projection.ray_kernels` uses the same predicate in float32, by leaves
-of the body's surface; `bodies.overlap_kernels` has one of its own that breaks ties, for points that are vertices.
+of the body's surface; `bodies.untangling.overlap_kernels` has one of its own that breaks ties, for points that are
+vertices.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
+from hemline.arrays import Float, Int
 from hemline.compiled import kernel
+
+
+class ColumnGrid(NamedTuple):
+    """A grid of columns over x and y, and the points in each column."""
+
+    low: Float[np.ndarray, " 2"]
+    """Lowest corner [m]."""
+    cell: float
+    """Edge length of a cell [m]."""
+    columns: int
+    """Cells along x."""
+    rows: int
+    """Cells along y."""
+    start: Int[np.ndarray, " cells_and_one"]
+    """Where the points of each cell begin in `order`; kernels write to it."""
+    order: Int[np.ndarray, " points"]
+    """Points cell by cell; kernels write to it."""
 
 
 @kernel(inline="always")
 def crossing(au, av, bu, bv, cu, cv):
-    """Winding number of the projected triangle a, b, c around the origin: -1, 0 or 1; and the three edge terms.
+    """Computes the winding number of the projected triangle a, b, c around the origin.
 
-    Each edge that straddles the line v = 0 to the right of the origin counts +1 upward and -1 downward. Written with
-    numbers in place of truth values, which vectorises.
+    Each edge that straddles the line v = 0 to the right of the origin counts +1 upward and -1 downward. It is written
+    with numbers in place of truth values, which vectorises.
+
+    Reads: two coordinates of each corner relative to the point [m].
+    Returns: -1, 0 or 1; and the cross products of the corners of edges ab, bc and ca [m^2].
     """
     zero, one = np.float32(0), np.float32(1)
     ab, bc, ca = au * bv - av * bu, bu * cv - bv * cu, cu * av - cv * au
@@ -31,12 +55,15 @@ def crossing(au, av, bu, bv, cu, cv):
 
 
 @kernel
-def bin_points(points, low, cell, columns, rows, start_out, order_out):
-    """Counting sort of points into a grid of columns over x and y; points off the grid are left out.
+def bin_points(points, grid_out):
+    """Sorts points into the columns of a grid by counting; points off the grid are skipped.
 
-    in: points (n,3), low (2,), cell [m]; out: start_out (rows * columns + 1,), order_out (n,). Returns how many are on
-    it.
+    Reads: points (points, 3) [m].
+    Writes: the start and order of grid_out.
+    Returns: how many points are on the grid.
     """
+    low, cell, columns, rows = grid_out.low, grid_out.cell, grid_out.columns, grid_out.rows
+    start_out, order_out = grid_out.start, grid_out.order
     place = np.empty(len(points), np.int64)
     start_out[:] = 0
     for i in range(len(points)):
@@ -57,11 +84,13 @@ def bin_points(points, low, cell, columns, rows, start_out, order_out):
 
 
 @kernel
-def add_crossings(vertices, faces, points, low, cell, columns, rows, start, order, winding_out):
-    """Add to each binned point the signed crossings of its ray along +z with all faces.
+def add_crossings(vertices, faces, points, grid, winding_out):
+    """Adds to each binned point the signed crossings of its ray along +z with all faces.
 
-    in: vertices (verts,3), faces (faces,3), points (n,3) and their bins; out: winding_out (n,).
+    Reads: vertices (verts, 3) [m]; faces (faces, 3); points (points, 3) [m]; grid: the points' columns.
+    Writes: winding_out (points,).
     """
+    low, cell, columns, rows, start, order = grid.low, grid.cell, grid.columns, grid.rows, grid.start, grid.order
     for f in range(len(faces)):
         a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
         top = max(a[2], b[2], c[2])

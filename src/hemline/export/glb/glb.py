@@ -7,7 +7,7 @@ import numpy as np
 from hemline.arrays import Float
 from hemline.export.clip import Clip
 from hemline.export.shading import unit_normals
-from hemline.files import written_whole
+from hemline.files import atomic_write
 
 from .glb_buffer import Buffer
 from .glb_document import asset, material, pack_glb
@@ -17,37 +17,37 @@ from .glb_skin import add_skin
 
 
 def write_glb(path: Path, clip: Clip, *, quantized: bool = False) -> tuple[Path, ...]:
-    """Write garment and body, animated, as GLB.
+    """Writes garment and body, animated, as GLB.
 
     Each frame after the first is a morph target (its difference from the first, 24 bytes a vertex, normals included)
     with weight 1 at its own time and 0 at all others; between frames positions are linear in time. A mesh with a
-    skeleton is skinned, a hundred times smaller: the body where its skeleton is known, the garment where the clip has a
-    skin. A body's weights beyond the largest four of a vertex are in `JOINTS_1`, `WEIGHTS_1`, which Blender reads and
-    some viewers drop. The format has seconds, not frames: set a scene's fps before importing.
+    skeleton is skinned and a hundred times smaller: the body if it has a skeleton, the garment if the clip has a skin.
+    Weights of the body beyond the largest four per vertex are in `JOINTS_1` and `WEIGHTS_1`, which Blender reads and
+    some viewers ignore. The format stores seconds, not frames: set the frame rate of a scene before importing.
 
     Args:
-        path: Where to.
-        clip: What.
-        quantized: Write positions and weights in two bytes a number and normals in one (`KHR_mesh_quantization`):
-            half the size, within 0.1 mm for meshes of 6 m or less.
+        path: The file to write.
+        clip: The clip.
+        quantized: Whether to use two bytes per number for positions and weights, and one for normals
+            (`KHR_mesh_quantization`): half the size, within 0.1 mm for meshes of 6 m or less.
 
     Raises:
         BadOutput: The path cannot be written.
     """
     content = glb_bytes(clip, quantized=quantized)
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(content)
     return (path,)
 
 
 def glb_bytes(clip: Clip, *, quantized: bool = False) -> bytes:
-    """The bytes that `write_glb` writes."""
+    """Returns the bytes that `write_glb` writes."""
     document, buffer = glb_document(clip, quantized=quantized)
-    return pack_glb(document | buffer.described(), buffer.content())
+    return pack_glb(document | buffer.entries(), buffer.content())
 
 
 def glb_document(clip: Clip, *, quantized: bool) -> tuple[dict, Buffer]:
-    """The document of `write_glb` without its entries about buffers, and its buffer."""
+    """Returns the document of `write_glb` without entries about buffers, and the buffer."""
     buffer = Buffer()
     times = buffer.add((np.arange(clip.frame_count) / clip.fps).astype(np.float32), "SCALAR", bounds=True)
     document = {
@@ -76,7 +76,7 @@ def glb_document(clip: Clip, *, quantized: bool) -> tuple[dict, Buffer]:
 
 
 def still_bytes(clip: Clip, places: Float[np.ndarray, "verts 2"]) -> bytes:
-    """GLB bytes of the garment's first frame, with texture coordinates [1] in both sets."""
+    """Returns the first frame of the garment as GLB, with texture coordinates [1] in both sets."""
     buffer, part = Buffer(), clip.parts[0]
     rest = np.asarray(part.vertices[0], np.float32)
     where = buffer.add_attribute(places.astype(np.float32), "VEC2")
@@ -95,4 +95,4 @@ def still_bytes(clip: Clip, places: Float[np.ndarray, "verts 2"]) -> bytes:
         "meshes": [{"name": part.name, "primitives": [primitive]}],
         "materials": [material(part.name, part.colour, both_sides=not part.suffix)],
     }
-    return pack_glb(document | buffer.described(), buffer.content())
+    return pack_glb(document | buffer.entries(), buffer.content())

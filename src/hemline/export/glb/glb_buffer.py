@@ -1,4 +1,4 @@
-"""The one binary buffer of a GLB file, and the accessors that point into it."""
+"""The binary buffer of a GLB file, and the accessors that point into it."""
 
 import numpy as np
 
@@ -18,23 +18,22 @@ class Buffer:
         self._length = 0
 
     def add(
-        self, array: np.ndarray, kind: str, *, bounds: bool = False, target: int | None = None, shares: bool = False
+        self, array: np.ndarray, kind: str, *, bounds: bool = False, target: int | None = None, normalized: bool = False
     ) -> int:
-        """Append an array; returns the index of its accessor.
+        """Appends an array; returns the index of its accessor.
 
         Args:
             array: float32, or whole numbers of one, two or four bytes; rows are elements.
             kind: `SCALAR`, `VEC2`, `VEC3`, `VEC4` or `MAT4` (column by column).
-            bounds: Store minimum and maximum, as positions and times must.
-            target: What the array is bound to, where it is an attribute or indices. Rows of attributes begin at
-                multiples of four bytes.
-            shares: Whole numbers stand for their share of the largest of their kind.
+            bounds: Whether to store minimum and maximum, as positions and times require.
+            target: Binding target of attributes and indices. Rows of attributes start at multiples of four bytes.
+            normalized: Whether whole numbers stand for fractions of the largest number of their type.
         """
         array = np.ascontiguousarray(array)
         view = {"buffer": 0, "byteOffset": self._length}
         accessor = {"bufferView": len(self._views), "componentType": _COMPONENTS[array.dtype.str[1:]], "type": kind}
         accessor["count"] = len(array)
-        if shares:
+        if normalized:
             accessor["normalized"] = True
         if bounds:
             rows = array.reshape(len(array), -1)
@@ -53,23 +52,23 @@ class Buffer:
         return len(self._accessors) - 1
 
     def add_attribute(self, array: np.ndarray, kind: str, *, bounds: bool = False) -> int:
-        """Append an array with one row a vertex; whole numbers are shares."""
-        return self.add(array, kind, bounds=bounds, target=_ARRAY_BUFFER, shares=array.dtype.kind != "f")
+        """Appends an array with one row per vertex; whole numbers are normalised."""
+        return self.add(array, kind, bounds=bounds, target=_ARRAY_BUFFER, normalized=array.dtype.kind != "f")
 
     def add_numbers(self, array: np.ndarray, kind: str) -> int:
-        """Append whole numbers that count, one row a vertex."""
+        """Appends whole numbers that are not normalised, one row per vertex."""
         return self.add(array, kind, target=_ARRAY_BUFFER)
 
     def add_indices(self, faces: Faces) -> int:
-        """Append triangles; the numbers have two bytes where that is enough."""
+        """Appends triangles; indices have two bytes where that is enough."""
         numbers = np.asarray(faces).ravel()
         small = numbers.max() < 0xFFFF
         return self.add(numbers.astype(np.uint16 if small else np.uint32), "SCALAR", target=_ELEMENT_ARRAY_BUFFER)
 
     def content(self) -> bytes:
-        """All bytes, a multiple of four."""
+        """Returns all bytes, a multiple of four."""
         return b"".join(self._chunks)
 
-    def described(self) -> dict:
-        """The document's entries about buffers."""
+    def entries(self) -> dict:
+        """Returns the entries of the document about buffers."""
         return {"buffers": [{"byteLength": self._length}], "bufferViews": self._views, "accessors": self._accessors}

@@ -1,4 +1,4 @@
-"""A character as its own file has it, dressed: its meshes, materials and bones, moved, and the garment beside them."""
+"""A dressed character: the meshes, materials and bones of its own file, animated, with a garment."""
 
 import copy
 from dataclasses import dataclass, replace
@@ -10,28 +10,28 @@ import numpy as np
 from hemline.arrays import Float, Int
 from hemline.errors import BadInput
 from hemline.export.clip import Clip
-from hemline.files import written_whole
+from hemline.files import atomic_write
 from hemline.files.gltf import Gltf
-from hemline.files.gltf_nodes import Nodes, decomposed
+from hemline.files.gltf_nodes import Nodes, decompose
 
 from .glb import glb_document
 from .glb_buffer import Buffer
 from .glb_document import pack_glb
 
 _DROPPED = ("VRM", "VRMC_vrm", "VRMC_springBone", "VRMC_springBone_extended_collider", "VRMC_node_constraint")
-"""Extensions by which an engine would move the bones once more."""
+"""Extensions with which an engine would move the bones a second time."""
 
 
 @dataclass(frozen=True, eq=False)
 class OwnMesh:
-    """The file of a character, and how its nodes follow the joints of a body.
+    """The file of a character, with the joint of the body that each of its nodes follows.
 
     Attributes:
         gltf: The file.
-        nodes: Its tree.
-        rest: From each node to the file's world where the skins were bound.
-        to_body: From there to the body at rest [m].
-        owners: The joint that each node goes with; -1: it stands still.
+        nodes: Tree of its nodes.
+        rest: Transform of each node to the world of the file, where the skins were bound.
+        to_body: Transform from the world of the file to the body at rest [m].
+        owners: The joint that each node follows; -1: the node stands still.
     """
 
     gltf: Gltf
@@ -42,29 +42,29 @@ class OwnMesh:
 
 
 def write_dressed(path: Path, clip: Clip, own: OwnMesh, *, quantized: bool = False) -> tuple[Path, ...]:
-    """Write the character's own meshes and a garment, animated, as GLB.
+    """Writes the meshes of a character and a garment, animated, as GLB.
 
-    Its animations are left out, and what VRM says of springs and constraints; bones without a joint of their own go
-    rigidly with the one above.
+    Animations of the character, and springs and constraints of VRM, are dropped. Bones without a joint follow the bone
+    above rigidly.
 
     Args:
-        path: Where to.
-        clip: The garment, with the skeleton of the body that the character became.
+        path: The file to write.
+        clip: The garment, with the skeleton of the body that was made from the character.
         own: The character.
-        quantized: Fewer bytes a number for the garment.
+        quantized: Whether to use fewer bytes per number for the garment.
 
     Raises:
         BadInput: The clip has no skeleton.
         BadOutput: The path cannot be written.
     """
     content = character_bytes(clip, own, quantized=quantized)
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(content)
     return (path,)
 
 
 def character_bytes(clip: Clip, own: OwnMesh, *, quantized: bool = False) -> bytes:
-    """The bytes that `write_dressed` writes."""
+    """Returns the bytes that `write_dressed` writes."""
     if clip.skeleton is None:
         cure = "play it on the body that was made of the character"
         raise BadInput("a character's own mesh follows the skeleton of its body", "a clip without one", cure)
@@ -75,11 +75,11 @@ def character_bytes(clip: Clip, own: OwnMesh, *, quantized: bool = False) -> byt
         document, content = _without_motion(own.gltf)
         _at_rest(document, own)
         tracks = _tracks(own, clip.skeleton.transforms)
-    _append(document, garment | buffer.described(), len(content))
+    _append(document, garment | buffer.entries(), len(content))
     moved = Buffer()
     animation = _animation(moved, tracks, clip)
     added = buffer.content()
-    _append(document, {"animations": [animation]} | moved.described(), len(content) + len(added))
+    _append(document, {"animations": [animation]} | moved.entries(), len(content) + len(added))
     content += added + moved.content()
     document["animations"] = [_merge_animations(document["animations"])]
     document["buffers"] = [{"byteLength": len(content)}]
@@ -87,7 +87,7 @@ def character_bytes(clip: Clip, own: OwnMesh, *, quantized: bool = False) -> byt
 
 
 def _without_motion(gltf: Gltf) -> tuple[dict[str, Any], bytes]:
-    """The document without animations and springs, and all its buffers and images as one."""
+    """Returns the document without animations and springs, and all buffers and images as one."""
     document = copy.deepcopy(gltf.document)
     document.pop("animations", None)
     document["extensions"] = {k: v for k, v in document.get("extensions", {}).items() if k not in _DROPPED}
@@ -113,18 +113,18 @@ def _without_motion(gltf: Gltf) -> tuple[dict[str, Any], bytes]:
 
 
 def _embed_image(gltf: Gltf, document: dict, image: dict, content: bytes) -> bytes:
-    """An image beside the file taken into it; the content with it."""
+    """Appends an image in a separate file to the content, and returns the content."""
     if "uri" not in image or image["uri"].startswith("data:"):
         return content
-    found = gltf.beside(image.pop("uri"))
-    image["mimeType"] = "image/png" if found[:4] == b"\x89PNG" else "image/jpeg"
+    content_of_image = gltf.beside(image.pop("uri"))
+    image["mimeType"] = "image/png" if content_of_image[:4] == b"\x89PNG" else "image/jpeg"
     image["bufferView"] = len(document.setdefault("bufferViews", []))
-    document["bufferViews"].append({"buffer": 0, "byteOffset": len(content), "byteLength": len(found)})
-    return content + found + b"\0" * (-len(found) % 4)
+    document["bufferViews"].append({"buffer": 0, "byteOffset": len(content), "byteLength": len(content_of_image)})
+    return content + content_of_image + b"\0" * (-len(content_of_image) % 4)
 
 
 def _at_rest(document: dict, own: OwnMesh) -> None:
-    """Bones where the skins were bound, all under a node that takes the file's world to the body's."""
+    """Puts bones where the skins were bound, below a node that takes the world of the file to that of the body."""
     parents = own.nodes.parents
     for node in np.flatnonzero(own.owners >= 0).tolist():
         parent = parents[node]
@@ -143,12 +143,12 @@ def _roots(own: OwnMesh) -> list[int]:
 
 
 def _node_transform(matrix: np.ndarray) -> dict[str, list[float]]:
-    moved, turned, scaled = decomposed(matrix)
-    return {"translation": moved.tolist(), "rotation": turned[[1, 2, 3, 0]].tolist(), "scale": scaled.tolist()}
+    translation, rotation, scale = decompose(matrix)
+    return {"translation": translation.tolist(), "rotation": rotation[[1, 2, 3, 0]].tolist(), "scale": scale.tolist()}
 
 
 def _tracks(own: OwnMesh, transforms: Float[np.ndarray, "frames joints 3 4"]) -> dict[int, np.ndarray]:
-    """Of each node that goes with another joint than its parent, from the node to that in each frame."""
+    """Returns the local transform, in each frame, of each node that follows another joint than its parent."""
     skin = np.tile(np.eye(4), (*transforms.shape[:2], 1, 1))
     skin[:, :, :3] = transforms
     placed, tracks = own.to_body @ own.rest, {}
@@ -163,7 +163,7 @@ def _tracks(own: OwnMesh, transforms: Float[np.ndarray, "frames joints 3 4"]) ->
 
 
 def _animation(buffer: Buffer, tracks: dict[int, np.ndarray], clip: Clip) -> dict:
-    """Places and rotations of nodes over the clip."""
+    """Returns an animation of translations and rotations of nodes over the clip."""
     from scipy.spatial.transform import Rotation
 
     times = buffer.add((np.arange(clip.frame_count) / clip.fps).astype(np.float32), "SCALAR", bounds=True)
@@ -183,7 +183,7 @@ def _animation(buffer: Buffer, tracks: dict[int, np.ndarray], clip: Clip) -> dic
 
 
 def _append(document: dict, other: dict, start: int) -> None:
-    """Add what another document has, its numbers counted on; its buffer begins at `start`."""
+    """Appends another document, with its indices renumbered; its buffer begins at `start`."""
     count = {
         key: len(document.get(key, [])) for key in ("accessors", "bufferViews", "meshes", "materials", "skins", "nodes")
     }
@@ -234,7 +234,7 @@ def _append(document: dict, other: dict, start: int) -> None:
 
 
 def _merge_animations(animations: list[dict]) -> dict:
-    """Several animations as one."""
+    """Merges several animations into one."""
     whole: dict[str, Any] = {"name": "clip", "channels": [], "samplers": []}
     for each in animations:
         first = len(whole["samplers"])

@@ -1,4 +1,4 @@
-"""A mesh in a GLB document whose every frame is a morph target."""
+"""A mesh in a GLB document with a morph target for each frame."""
 
 from collections.abc import Iterator
 
@@ -12,21 +12,21 @@ from .glb_buffer import Buffer
 from .glb_quantized import QuantizedGrid, directions, normal_differences
 
 _HALF_OF_SHORT = 16383
-"""The difference of two such numbers is one of two bytes."""
+"""Largest number whose differences fit in two bytes."""
 
 
 def add_morph(document: dict, buffer: Buffer, part: ClipPart, times: int, *, quantized: bool) -> None:
-    """Add a mesh whose frames after the first are morph targets, positions and normals.
+    """Adds a mesh whose frames after the first are morph targets of positions and normals.
 
-    Quantised, a frame's positions are relative to the middle of its vertices, and the node goes along this path, so
-    that a clip that travels loses no precision.
+    If quantised, positions are relative to the centre of each frame, and the node follows the path of the centre, so
+    that a clip over a long distance loses no precision.
 
     Args:
         document: The glTF document, changed in place.
         buffer: The buffer of the document.
         part: The mesh.
-        times: Accessor of the frames' times.
-        quantized: Use two bytes a number for positions and one for normals.
+        times: Accessor of the times of frames.
+        quantized: Whether to use two bytes per number for positions and one for normals.
     """
     frames = len(part.vertices)
     node = {"name": part.name, "mesh": len(document["meshes"])}
@@ -63,7 +63,7 @@ def _frames(part: ClipPart) -> Iterator[tuple[Vertices, Normals]]:
 
 
 def _floats(buffer: Buffer, part: ClipPart) -> Iterator[dict[str, int]]:
-    """Accessors of the first frame, then of each other frame's difference from it."""
+    """Yields accessors of the first frame, then of the difference of each other frame from it."""
     (rest, normals), *others = _frames(part)
     yield {
         "POSITION": buffer.add_attribute(rest, "VEC3", bounds=True),
@@ -77,7 +77,7 @@ def _floats(buffer: Buffer, part: ClipPart) -> Iterator[dict[str, int]]:
 
 
 def _numbers(buffer: Buffer, part: ClipPart, grid: QuantizedGrid) -> Iterator[dict[str, int]]:
-    """The same in whole numbers of a grid around the middle of each frame's vertices."""
+    """Yields the accessors of `_floats` as whole numbers on a grid around the centre of each frame."""
     (rest, normals), *others = _frames(part)
     places, pointing = grid.numbers(_about(rest)), directions(normals)
     yield {

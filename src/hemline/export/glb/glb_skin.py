@@ -10,11 +10,13 @@ from .glb_buffer import Buffer
 from .glb_quantized import QuantizedGrid, directions, quantized_weights
 
 _METRE = 1.0
-"""Half of a grid for meshes of up to 2 m: no scale in inverse bind matrices, since Blender's importer drops it."""
+"""Half side of the grid for meshes up to 2 m, so that bind matrices need no scale, which Blender would drop [m]."""
 
 
-def add_skin(document: dict, buffer: Buffer, part: ClipPart, skeleton: ClipSkeleton, times: int, *, quantized: bool) -> None:
-    r"""Add a mesh that follows its skeleton.
+def add_skin(
+    document: dict, buffer: Buffer, part: ClipPart, skeleton: ClipSkeleton, times: int, *, quantized: bool
+) -> None:
+    r"""Adds a mesh that follows its skeleton.
 
     With skin transforms $A_j = [R_j | t_j]$ and rest joints $J_j$, the node of joint $j$ stands at $A_j J_j$ with
     rotation $R_j$, so its inverse bind matrix is a shift by $-J_j$. Relative to its parent it turns by $R_p^T R_j$ and
@@ -25,8 +27,8 @@ def add_skin(document: dict, buffer: Buffer, part: ClipPart, skeleton: ClipSkele
         buffer: The buffer of the document.
         part: The mesh.
         skeleton: Its joints and weights.
-        times: Accessor of the frames' times.
-        quantized: Use two bytes a number for positions and weights, and one for normals.
+        times: Accessor of the times of frames.
+        quantized: Whether to use two bytes per number for positions and weights, and one for normals.
     """
     joints = np.asarray(skeleton.joints, np.float32)
     first, roots = len(document["nodes"]), np.flatnonzero(np.asarray(skeleton.parents) < 0)
@@ -61,7 +63,7 @@ def add_skin(document: dict, buffer: Buffer, part: ClipPart, skeleton: ClipSkele
 
 
 def _binds(joints: np.ndarray, grid: QuantizedGrid | None) -> np.ndarray:
-    """Inverse bind matrices, column by column: from the grid to metres, then to the joint."""
+    """Returns inverse bind matrices, column by column: from the grid to metres, then to the joint."""
     scale, middle = (1.0, np.zeros(3)) if grid is None else (grid.scale, grid.middle)
     bind = np.tile(np.diag([scale, scale, scale, 1.0]), (len(joints), 1, 1))
     bind[:, 3, :3] = middle - joints
@@ -78,7 +80,7 @@ def _joint_nodes(skeleton: ClipSkeleton, first: int) -> list[dict]:
 
 
 def _weights(buffer: Buffer, skeleton: ClipSkeleton, quantized: bool) -> dict[str, int]:
-    """Joints and weights in sets of four, the largest first."""
+    """Returns accessors of joints and weights in sets of four, the largest first."""
     weights = np.asarray(skeleton.weights, np.float32)
     order = np.argsort(-weights, axis=1, kind="stable")
     weights = np.take_along_axis(weights, order, axis=1)
@@ -109,7 +111,7 @@ def _animate(animation: dict, buffer: Buffer, skeleton: ClipSkeleton, first: int
 
 
 def _continuous(rotations: Float[np.ndarray, "frames 3 3"]) -> Quaternions:
-    """Quaternions xyzw, as glTF has them, without jumps of sign."""
+    """Returns quaternions xyzw without jumps of sign."""
     from scipy.spatial.transform import Rotation
 
     quaternions = Rotation.from_matrix(rotations).as_quat()

@@ -1,4 +1,4 @@
-"""USD: one binary stage with garment and body as point caches, or as skinned meshes."""
+"""USD: a binary stage with garment and body as point caches, or as skinned meshes."""
 
 # pxr is compiled and has no types
 # pyright: reportAttributeAccessIssue=false
@@ -9,7 +9,7 @@ import numpy as np
 
 from hemline.errors import MissingExtra
 from hemline.export.clip import Clip, ClipPart
-from hemline.files import written_whole
+from hemline.files import atomic_write
 from hemline.version import VERSION
 
 from .usd_mesh import add_mesh, bounds_of
@@ -17,10 +17,10 @@ from .usd_skin import add_skinned
 
 
 def write_usd(path: Path, clip: Clip) -> tuple[Path, ...]:
-    """Write a stage: y up, one unit a metre, one time code a frame from 0, time codes a second = the clip's fps.
+    """Writes a stage: y up, in metres, one time code per frame from 0, at the frame rate of the clip.
 
-    A mesh is a point cache. Where the clip has a skin, the garment, and the body whose skeleton is known, are skinned
-    meshes instead (UsdSkel).
+    Meshes are point caches. If the clip has a skin, the garment, and a body with a skeleton, are skinned meshes
+    (UsdSkel) instead.
 
     Raises:
         MissingExtra: usd-core is not installed.
@@ -47,13 +47,13 @@ def write_usd(path: Path, clip: Clip) -> tuple[Path, ...]:
             add_skinned(stage, part, part.skeleton)
         else:
             _add_points(stage, part)
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         _export(layer, temporary)
     return (path,)
 
 
 def _export(layer, path: Path) -> None:
-    """Write a layer; what USD says of a full disk is an `OSError`, as it is of any other writer."""
+    """Writes a layer; an error of USD, such as a full disk, becomes an `OSError`, as for other writers."""
     from pxr import Tf
 
     try:

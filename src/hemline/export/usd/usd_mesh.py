@@ -1,4 +1,4 @@
-"""What meshes of a USD stage have in common."""
+"""Functions for point-cache and skinned meshes of a USD stage."""
 
 # pxr is compiled and has no types
 # pyright: reportAttributeAccessIssue=false
@@ -11,7 +11,7 @@ from hemline.pictures import linear
 
 
 def add_mesh(stage, path: str, part: ClipPart):
-    """A mesh with its triangles and colour, without points."""
+    """Adds a mesh with triangles and colour, without points."""
     from pxr import Gf, UsdGeom, Vt
 
     mesh = UsdGeom.Mesh.Define(stage, path)
@@ -24,7 +24,7 @@ def add_mesh(stage, path: str, part: ClipPart):
 
 
 def bounds_of(vertices: Vertices):
-    """The lowest and the highest corner of a box around vertices [m]."""
+    """Returns the lowest and the highest corner of the bounding box of vertices [m]."""
     from pxr import Vt
 
     solid = np.asarray(vertices, np.float32)

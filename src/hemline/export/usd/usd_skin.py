@@ -11,9 +11,9 @@ from .usd_mesh import add_mesh, bounds_of
 
 
 def add_skinned(stage, part: ClipPart, skeleton: ClipSkeleton) -> None:
-    """Add a mesh that follows its skeleton, with bounds of its own in each frame.
+    """Adds a mesh that follows its skeleton, with its bounds in each frame.
 
-    Joints are bound where they rest, without rotation; only roots move relative to their parents.
+    Joints are bound at rest, without rotation; only roots move relative to their parents.
     """
     from pxr import Gf, Tf, UsdSkel, Vt
 
@@ -54,8 +54,8 @@ def _animate(stage, path: str, bones, joints, skeleton: ClipSkeleton) -> None:
     turns, paths = skeleton.turns, skeleton.root_paths
     places = skeleton.rest_places.copy()
     for frame, local in enumerate(turns):
-        for root, way in paths.items():
-            places[root] = way[frame]
+        for root, root_path in paths.items():
+            places[root] = root_path[frame]
         moved.Set(Vt.Vec3fArray.FromNumpy(places.astype(np.float32)), frame)
         turned.Set(Vt.QuatfArray.FromNumpy(Rotation.from_matrix(local).as_quat().astype(np.float32)), frame)  # xyzw
     binding = UsdSkel.BindingAPI.Apply(bones.GetPrim())
@@ -63,7 +63,7 @@ def _animate(stage, path: str, bones, joints, skeleton: ClipSkeleton) -> None:
 
 
 def _paths(skeleton: ClipSkeleton) -> list[str]:
-    """Each joint's name after those of its parents."""
+    """Returns the path of each joint: the names of its ancestors and its own."""
     from pxr import Tf
 
     names = skeleton.names or tuple(f"joint_{joint}" for joint in range(len(skeleton.joints)))
@@ -75,7 +75,7 @@ def _paths(skeleton: ClipSkeleton) -> list[str]:
 
 
 def _shifts(places: np.ndarray):
-    """Matrices that shift, as USD has them: rows first."""
+    """Returns translation matrices in the row convention of USD."""
     from pxr import Vt
 
     matrices = np.tile(np.eye(4), (len(places), 1, 1))

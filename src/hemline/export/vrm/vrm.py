@@ -9,7 +9,7 @@ from hemline.export.character import BoundMesh, DressedCharacter
 from hemline.export.glb.glb_buffer import Buffer
 from hemline.export.glb.glb_document import asset, material, pack_glb
 from hemline.export.shading import unit_normals
-from hemline.files import check_writable, written_whole
+from hemline.files import atomic_write, check_writable
 
 from .vrm_humanoid import humanoid, meta
 from .vrm_springs import springs
@@ -18,30 +18,30 @@ VRM_ENDING = ".vrm"
 
 
 def write_vrm(path: str | Path, character: DressedCharacter) -> tuple[Path, ...]:
-    """Write a character as VRM 1.0, whole or not at all.
+    """Writes a character as VRM 1.0, whole or not at all.
 
     Args:
-        path: Where to; it ends in `.vrm`.
-        character: Who.
+        path: The file to write; it ends in `.vrm`.
+        character: The character.
 
     Raises:
-        BadOutput: Another ending, or the path cannot be written.
+        BadOutput: The path has another ending, or cannot be written.
 
-    The format: https://github.com/vrm-c/vrm-specification, `VRMC_vrm` and `VRMC_springBone` 1.0.
+    Format: https://github.com/vrm-c/vrm-specification, `VRMC_vrm` and `VRMC_springBone` 1.0.
     """
     path = Path(path)
     check_character_path(path)
     content = vrm_bytes(character)
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(content)
     return (path,)
 
 
 def check_character_path(path: str | Path) -> None:
-    """Refuse a path that `write_vrm` could not write, before the work is done.
+    """Refuses a path that `write_vrm` could not write, before any work is done.
 
     Raises:
-        BadOutput: Another ending, or the folder cannot be written.
+        BadOutput: The path has another ending, or the folder cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() != VRM_ENDING:
@@ -50,7 +50,7 @@ def check_character_path(path: str | Path) -> None:
 
 
 def vrm_bytes(character: DressedCharacter) -> bytes:
-    """The bytes that `write_vrm` writes."""
+    """Returns the bytes that `write_vrm` writes."""
     buffer = Buffer()
     nodes, first = _bone_nodes(character)
     document = {
@@ -74,11 +74,11 @@ def vrm_bytes(character: DressedCharacter) -> bytes:
     bone_count = len(nodes) - first
     for mesh in character.meshes:
         _add_mesh(document, buffer, mesh, list(range(first, first + bone_count)))
-    return pack_glb(document | buffer.described(), buffer.content())
+    return pack_glb(document | buffer.entries(), buffer.content())
 
 
 def _bone_nodes(character: DressedCharacter) -> tuple[list[dict], int]:
-    """A node on the floor, the joints, then the chains, none of them turned; and the number of the first joint."""
+    """Returns the nodes (one on the floor, the joints, the chains, all unrotated) and the number of the first joint."""
     chains, joint_count = character.chains, len(character.joints)
     places = np.concatenate([character.joints, chains.bones]).astype(np.float64)
     parents = np.concatenate([character.parents, np.arange(len(chains.bones)) + joint_count - 1])

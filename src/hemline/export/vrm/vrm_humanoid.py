@@ -1,4 +1,4 @@
-"""What VRM calls our joints, and what it asks about licences."""
+"""Names of joints in VRM, and its metadata about licences."""
 
 VRM_BONES = {
     "pelvis": "hips",
@@ -21,7 +21,7 @@ VRM_BONES = {
         "foot": "Toes",
     }.items()
 }
-"""VRM's name of each joint; the hands' own, at the knuckles, are no bones of VRM's."""
+"""Bone of VRM for each joint; the joints at the knuckles have none."""
 
 _LICENCE = "https://vrm.dev/licenses/1.0/"
 _CC0 = "https://creativecommons.org/publicdomain/zero/1.0/"
@@ -37,7 +37,7 @@ _FREE = {
     "modification": "allowModificationRedistribution",
     "otherLicenseUrl": _CC0,
 }
-"""What CC0 allows, in VRM's words: all."""
+"""Permissions of CC0, which allows everything, as metadata of VRM."""
 _OWN = {
     "avatarPermission": "onlyAuthor",
     "allowExcessivelyViolentUsage": False,
@@ -49,21 +49,21 @@ _OWN = {
     "creditNotation": "required",
     "modification": "prohibited",
 }
-"""The least that VRM can say, for bodies under any other licence."""
+"""Least permissions that VRM can state, for bodies under any other licence."""
 
 
 def humanoid(names: tuple[str, ...], first: int) -> dict[str, dict]:
-    """The node of each of VRM's bones that the body has.
+    """Returns the node of each bone of VRM that the body has.
 
     Args:
         names: Names of the joints.
-        first: Node of the first one.
+        first: Node of the first joint.
     """
     return {VRM_BONES[name]: {"node": first + joint} for joint, name in enumerate(names) if name in VRM_BONES}
 
 
 def meta(name: str, notices: tuple[str, ...]) -> dict:
-    """VRM's questions about who may do what, answered by the licence of the body, the first of the notices."""
+    """Returns the metadata of VRM about permissions, from the licence of the body, the first of the notices."""
     rights = _FREE if notices and notices[0].startswith("CC0") else _OWN
-    told = {"thirdPartyLicenses": "; ".join(notices)} if notices else {}
-    return {"name": name, "version": "1", "authors": ["hemline"], "licenseUrl": _LICENCE} | told | rights
+    licences = {"thirdPartyLicenses": "; ".join(notices)} if notices else {}
+    return {"name": name, "version": "1", "authors": ["hemline"], "licenseUrl": _LICENCE} | licences | rights

@@ -6,16 +6,16 @@ _DOWN = [0.0, -1.0, 0.0]
 
 
 def springs(character: DressedCharacter, first: int) -> dict:
-    """The extension `VRMC_springBone`: a spring a chain, a collider a capsule, one group of all of them.
+    """Returns the extension `VRMC_springBone`: a spring per chain, a collider per capsule, one group of colliders.
 
-    VRM keeps the numbers of a rope at its upper end and moves its lower one; ours are those of the lower one.
+    VRM stores the constants of a rope at its upper end, hemline at its lower end.
 
     Args:
-        character: Whose chains.
-        first: Node of the first joint; those of the chains follow the last one.
+        character: The character.
+        first: Node of the first joint; the nodes of the chains follow the last joint.
     """
     chains, root = character.chains, first + len(character.joints)
-    named = []
+    spring_entries = []
     for number, (bones, joint) in enumerate(zip(chains.spans, chains.joints.tolist(), strict=True)):
         joints = [
             {
@@ -29,17 +29,17 @@ def springs(character: DressedCharacter, first: int) -> dict:
             for bone in bones[1:]
         ]
         name = f"{character.name} {number:02d} on {character.joint_names[joint]}"
-        named.append({"name": name, "joints": [*joints, {"node": root + bones[-1]}], "colliderGroups": [0]})
+        spring_entries.append({"name": name, "joints": [*joints, {"node": root + bones[-1]}], "colliderGroups": [0]})
     return {
         "specVersion": "1.0",
         "colliders": _colliders(character, first),
         "colliderGroups": [{"name": "body", "colliders": list(range(len(character.capsules.joints)))}],
-        "springs": named,
+        "springs": spring_entries,
     }
 
 
 def _colliders(character: DressedCharacter, first: int) -> list[dict]:
-    """Each capsule in the frame of its joint, which is not turned at rest."""
+    """Returns each capsule in the frame of its joint, which is unrotated at rest."""
     capsules = character.capsules
     at = character.joints[capsules.joints]
     shapes = zip((capsules.starts - at).tolist(), (capsules.ends - at).tolist(), capsules.radii.tolist(), strict=True)

@@ -1,1 +1,1 @@
-"""Capes and skirts cut from a flat pattern and hung on a body."""
+"""Capes and skirts that are cut from a flat pattern and hung on a body."""

@@ -1,4 +1,4 @@
-"""A cape, cut and hung on any shape of a body."""
+"""Makes capes on any shape of a body."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -21,31 +21,31 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 PAPER_VERTEX_COUNT = 12690
-"""Vertices of the cape of Jin et al. 2024 (Fig. 2): here 90 rows of 141."""
+"""Number of vertices of the cape of Jin et al. 2024 (Fig. 2): here 90 rows of 141."""
 LIGHT_VERTEX_COUNT = 4000
-"""Vertices of the light cape: 50 rows of 80."""
+"""Number of vertices of the light cape: 50 rows of 80."""
 
 _ASPECT = 141 / 90
-_FLAT = 0.06
-"""Way behind the pins in which folds begin [m]."""
+_FOLD_START = 0.06
+"""Distance behind the pins over which folds begin [m]."""
 
 
 @dataclass(frozen=True)
 class CapeCut:
-    """How a cape is cut and laid."""
+    """Cut of a cape, and its shape at the start."""
 
     opening: float = 1.1
-    """Angle of the flat ring sector: how much it flares [rad]."""
+    """Angle of the flat ring sector, which flares the cape [rad]."""
     spread: float = 0.7
-    """Half of the angle by which it fans out on the back, seen from above [rad]."""
+    """Half of the angle by which the cape fans out on the back, seen from above [rad]."""
     tilt: float = 0.32
-    """Angle to the vertical at which it hangs at the start [rad]."""
+    """Angle to the vertical at which the cape hangs at the start [rad]."""
     folds: int = 8
-    """Folds at the start; at least ten columns make one."""
+    """Number of folds at the start; each needs at least ten columns."""
     height: float = 0.004
     """Height of the pinned rim above the skin [m]."""
     length: float | None = None
-    """From the rim to the hem; None: to the middle of the calf [m]."""
+    """Length from the rim to the hem [m]; None: to the middle of the calf."""
 
 
 def make_cape(
@@ -58,7 +58,7 @@ def make_cape(
     cut: CapeCut | None = None,
     name: str = "cape",
 ) -> Garment:
-    """A cape open in front: a flat ring sector, pinned across the shoulders and behind the neck, laid in folds.
+    """Makes a cape that is open in front: a flat ring sector in folds, pinned across the shoulders and the nape.
 
     Vertex r * columns + c lies in row r (0 is the rim, pinned with the row below) and column c, from the wearer's
     right to the left. The rest metric is the flat cut, so the cloth is flat at rest.
@@ -69,7 +69,7 @@ def make_cape(
         rows: Number of rows; with `columns` in place of `vertex_count`.
         columns: Number of columns.
         material: A material, or the name of one.
-        cut: How it is cut; None: `CapeCut()`.
+        cut: Cut of the cape; None: `CapeCut()`.
         name: Name of the garment.
 
     Returns:
@@ -93,10 +93,12 @@ def make_cape(
     step, clearance = length / (rows - 1), max(cut.height, CLEARANCE) + 0.0015
     sheet = hanging_columns(rim, tree, step=step, count=rows, spread=cut.spread, tilt=cut.tilt, clearance=clearance)
     width = float(np.linalg.norm(np.diff(rim, axis=0), axis=1).sum())
-    way = length * np.linspace(0, 1, rows)
-    ease = np.clip((way - step) / _FLAT, 0, 1)
-    laid = fold_sheet(sheet, width + cut.opening * way, ease * ease * (3 - 2 * ease), min(cut.folds, columns // 10))
-    vertices = push_out_of_body(laid.reshape(-1, 3), tree, CLEARANCE + 0.0002)
+    distances = length * np.linspace(0, 1, rows)
+    ease = np.clip((distances - step) / _FOLD_START, 0, 1)
+    folded = fold_sheet(
+        sheet, width + cut.opening * distances, ease * ease * (3 - 2 * ease), min(cut.folds, columns // 10)
+    )
+    vertices = push_out_of_body(folded.reshape(-1, 3), tree, CLEARANCE + 0.0002)
     faces = grid_faces(rows, columns)
     return grid_garment(
         vertices,
@@ -109,5 +111,5 @@ def make_cape(
         material=material,
         name=name,
         key_joint="neck",
-        asked=None if vertex_count == PAPER_VERTEX_COUNT else vertex_count,
+        requested_count=None if vertex_count == PAPER_VERTEX_COUNT else vertex_count,
     )

@@ -1,4 +1,4 @@
-"""Where a cape begins: a line across the shoulders and behind the neck."""
+"""Upper rim of a cape: a line across the shoulders and behind the neck."""
 
 from typing import TYPE_CHECKING
 
@@ -8,26 +8,28 @@ from hemline.arrays import Points
 from hemline.errors import BadGarment
 from hemline.meshes import ClosestTree
 
-from .body_lines import joint, fit_to_skin, interpolate_along
+from .body_lines import fit_to_skin, interpolate_along, joint
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 _SAMPLES = 301
 _BEND = 1.6
-_REACH, _FORWARD = 0.92, 0.12
-"""Ends of the rim: sideways, and forward of the shoulder joints, in halves of the distance between those."""
+_SIDEWAYS = 0.92
+"""Sideways position of the ends of the rim, as a fraction of half the distance between the shoulder joints."""
+_FORWARD = 0.12
+"""Forward position of the ends of the rim from the shoulder joints, as a fraction of half their distance."""
 
 
 def cape_rim(shaped: "ShapedBody", tree: ClosestTree, count: int, height: float) -> Points:
-    """The upper line of a cape, from the right shoulder behind the neck to the left one.
+    """Returns the upper line of a cape, from the right shoulder behind the neck to the left one.
 
-    Seen from above, z = z_neck + (z_end - z_neck) |x / x_end|^1.6: it passes close behind the neck and ends before
-    the crest of the shoulders, a little inside of the shoulder joints.
+    Seen from above, it is z = z_neck + (z_end - z_neck) |x / x_end|^1.6. It passes close behind the neck and ends
+    before the crest of the shoulders, a little inside of the shoulder joints.
 
     Args:
         shaped: The body.
-        tree: Its surface at rest.
+        tree: Surface of the body at rest.
         count: Number of points, evenly spaced along the line.
         height: Height above the skin; up to 2.5 times as much where the line bridges a furrow [m].
 
@@ -40,7 +42,7 @@ def cape_rim(shaped: "ShapedBody", tree: ClosestTree, count: int, height: float)
     neck, left, right = (joint(shaped, name) for name in ("neck", "left_shoulder", "right_shoulder"))
     half = (left[0] - right[0]) / 2
     surface = _upper_surface(tree, neck, half)
-    x = np.linspace(-1, 1, _SAMPLES) * _REACH * half
+    x = np.linspace(-1, 1, _SAMPLES) * _SIDEWAYS * half
     nape = _nape(surface, neck, half)
     end = (left[2] + right[2]) / 2 + _FORWARD * half
     z = nape + (end - nape) * np.abs(x / x[-1]) ** _BEND
@@ -54,14 +56,14 @@ def cape_rim(shaped: "ShapedBody", tree: ClosestTree, count: int, height: float)
 
 
 def _upper_surface(tree: ClosestTree, neck: np.ndarray, half: float) -> np.ndarray:
-    """Corners of the triangles of the shoulders, without the head."""
+    """Returns the corners of the triangles of the shoulders, without the head."""
     centre = tree.corners.mean(axis=1) - neck
-    here = (np.abs(centre[:, 0]) < 1.5 * half) & (centre[:, 1] > -1.5 * half) & (centre[:, 1] < 0.3 * half)
-    return tree.corners[here]
+    near_shoulders = (np.abs(centre[:, 0]) < 1.5 * half) & (centre[:, 1] > -1.5 * half) & (centre[:, 1] < 0.3 * half)
+    return tree.corners[near_shoulders]
 
 
 def _nape(surface: np.ndarray, neck: np.ndarray, half: float) -> float:
-    """How far back the surface behind the neck has come down to 8 % of half the shoulders' width below the joint."""
+    """Returns the z at which the skin behind the neck is lower than the joint by 8 % of half the shoulders' width."""
     z = neck[2] - np.linspace(0.1, 0.8, 71) * half
     y = _heights(surface, np.full(len(z), neck[0] + 0.02 * half), z)
     low = np.flatnonzero(y < neck[1] - 0.08 * half)
@@ -69,7 +71,7 @@ def _nape(surface: np.ndarray, neck: np.ndarray, half: float) -> float:
 
 
 def _heights(surface: np.ndarray, x: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Height of the highest triangle above each (x, z); NaN where there is none."""
+    """Returns the height of the highest triangle above each (x, z); NaN where there is none."""
     result = np.full(len(x), np.nan)
     a, b, c = (surface[:, corner][:, [0, 2]] for corner in range(3))
     for index, point in enumerate(np.stack([x, z], axis=1)):
@@ -89,7 +91,7 @@ def _cross(one: np.ndarray, two: np.ndarray) -> np.ndarray:
 
 
 def _smooth(line: np.ndarray) -> np.ndarray:
-    """Running mean over 10 % of the line; its ends stay."""
+    """Returns the running mean over 10 % of the line, with its ends kept."""
     from scipy.ndimage import uniform_filter1d
 
     wide = _SAMPLES // 10

@@ -1,4 +1,4 @@
-"""What garments cut as a grid of rows and columns have in common: their size, their pinned upper rows."""
+"""Garments cut as a grid of rows and columns: their size and their pinned upper rows."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -18,24 +18,24 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 PINNED_ROWS = 2
-"""Rows at the top that follow the skin."""
+"""Number of rows at the top that follow the skin."""
 
 
 def rows_and_columns(
     kind: str, vertex_count: int, rows: int | None, columns: int | None, *, aspect: float, least: tuple[int, int]
 ) -> tuple[int, int]:
-    """The grid that was asked for, by its size or by its number of vertices.
+    """Returns rows and columns of a grid, from its size or from its number of vertices.
 
     Args:
-        kind: How errors call such a garment.
+        kind: Kind of garment in error messages.
         vertex_count: Number of vertices wanted; the nearest grid is taken.
         rows: Number of rows; with `columns` in place of `vertex_count`.
         columns: Number of columns.
         aspect: Columns divided by rows, about.
-        least: Rows and columns that it needs.
+        least: Least number of rows and columns.
 
     Raises:
-        BadGarment: Only one of rows and columns, or fewer than the least.
+        BadGarment: Only one of rows and columns is given, or there are too few.
     """
     if (rows is None) != (columns is None):
         what = f"a {kind}'s size must be rows and columns, or vertex_count"
@@ -57,31 +57,31 @@ def grid_garment(
     columns: int,
     shaped: "ShapedBody",
     tree: ClosestTree,
-    asked: int | None,
+    requested_count: int | None,
     material: Material | str,
-    **named: Any,
+    **options: Any,
 ) -> Garment:
-    """The garment, its upper rows pinned to the skin, cut flat.
+    """Makes a garment that is cut flat, with its upper rows pinned to the skin.
 
     Positions are rounded, so that another machine's last bits give the same garment and hash.
 
     Args:
         vertices: Start positions, row by row [m].
         faces: Triangles.
-        flat: The flat cut (flat_verts, 2) [m].
+        flat: Flat cut (flat_verts, 2) [m].
         flat_faces: The same triangles in it.
-        columns: Vertices of a row.
+        columns: Number of vertices of a row.
         shaped: The body.
-        tree: Its surface at rest.
-        asked: Number of vertices that was asked for; None: the usual one, of which nothing is said.
+        tree: Surface of the body at rest.
+        requested_count: Number of vertices that was asked for; None: the usual one, which needs no note.
         material: What it is made of, or its name.
-        named: `name`, `key_joint`, `chains` of the garment.
+        options: `name`, `key_joint`, `chains` of the garment.
     """
     ids = np.arange(PINNED_ROWS * columns)
-    pins = Pins.bound(ids, vertices[ids], tree, shaped.normals)
+    pins = Pins.bind(ids, vertices[ids], tree, shaped.normals)
     vertices[ids] = pins.positions(shaped.vertices, shaped.normals, shaped.body.faces, shaped.joints)
     count = len(vertices)
-    said = f"size: {asked} vertices were asked for, {count // columns} rows of {columns} are {count}"
+    note = f"size: {requested_count} vertices were asked for, {count // columns} rows of {columns} are {count}"
     cut = np.concatenate([flat.round(8), np.zeros((len(flat), 1))], axis=1)
     return Garment(
         vertices=vertices.round(6).astype(np.float32),
@@ -92,6 +92,6 @@ def grid_garment(
         body_name=shaped.body.name,
         body_betas=np.array(shaped.betas, np.float32),
         flat_rest=True,
-        notes=() if asked in (None, count) else (said,),
-        **named,
+        notes=() if requested_count in (None, count) else (note,),
+        **options,
     )

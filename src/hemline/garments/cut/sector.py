@@ -1,4 +1,4 @@
-"""The flat cut of a cape: a sector of a ring, in rows and columns."""
+"""Flat cut of a cape: a sector of a ring, in rows and columns."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from hemline.arrays import Faces, Float
 def sector_pattern(
     rows: int, columns: int, *, rim: float, length: float, opening: float
 ) -> Float[np.ndarray, "verts 2"]:
-    """A ring's sector: row r lies on the circle of radius rim / opening + r length / (rows - 1).
+    """Returns a sector of a ring: row r lies on the circle of radius rim / opening + r length / (rows - 1).
 
     Args:
         rows: Number of rows, from the rim to the hem.
@@ -26,9 +26,9 @@ def sector_pattern(
 
 
 def grid_faces(rows: int, columns: int) -> Faces:
-    """Two triangles a cell, their diagonals alternating like a chess board.
+    """Returns two triangles a cell, with diagonals that alternate like a chess board.
 
-    Seen with columns to the left and rows downward, triangles are counter-clockwise.
+    Triangles are counter-clockwise where columns run to the left and rows downward.
     """
     index = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     a, b, c, d = (each.reshape(-1) for each in (index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]))
@@ -39,7 +39,7 @@ def grid_faces(rows: int, columns: int) -> Faces:
 
 
 def grid_size(vertex_count: int, aspect: float) -> tuple[int, int]:
-    """Rows and columns whose product is nearest to a number of vertices, with about `aspect` columns a row.
+    """Returns rows and columns whose product is nearest to a number of vertices, with a ratio of about `aspect`.
 
     Args:
         vertex_count: Number of vertices asked for.

@@ -1,4 +1,4 @@
-"""A flared skirt, cut and hung on any shape of a body."""
+"""Makes flared skirts on any shape of a body."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -26,29 +26,29 @@ PAPER_SIZE = (66, 281)
 LIGHT_SIZE = (34, 117)
 """Rows and columns of the light skirt: 3,978 vertices."""
 CHAINS, NODES = 26, 9
-"""Rope chains around it, and vertices of each (Fig. 2)."""
+"""Number of rope chains around the skirt, and of vertices of each (Fig. 2)."""
 
 _BAND = 0.005
-"""Between the two pinned rows [m]."""
-_FLAT = 0.06
-"""Way below the pins over which pleats begin [m]."""
+"""Distance between the two pinned rows [m]."""
+_PLEAT_START = 0.06
+"""Distance below the pins over which pleats begin [m]."""
 _BELOW_KNEE = 0.25
 
 
 @dataclass(frozen=True)
 class SkirtCut:
-    """How a skirt is cut and laid."""
+    """Cut of a skirt, and its shape at the start."""
 
     opening: float = 4.2
     """Angle of the flat ring sector that is closed to a cone: pi is a half circle, 2 pi a full one [rad]."""
     tilt: float = 0.3
-    """Least angle to the vertical at which it hangs at the start [rad]."""
+    """Least angle to the vertical at which the skirt hangs at the start [rad]."""
     folds: int = 9
-    """Pleats at the start; at least eight columns make one."""
+    """Number of pleats at the start; each needs at least eight columns."""
     height: float = 0.004
     """Height of the pinned rim above the skin [m]."""
     length: float | None = None
-    """From the rim to the hem; None: to a quarter of the way from the knee to the ankle [m]."""
+    """Length from the rim to the hem [m]; None: to a quarter of the distance from the knee to the ankle."""
 
 
 def make_skirt(
@@ -61,7 +61,7 @@ def make_skirt(
     cut: SkirtCut | None = None,
     name: str = "skirt",
 ) -> Garment:
-    """A flared skirt without a seam: a flat ring sector closed to a cone, pinned around the natural waist.
+    """Makes a flared skirt without a seam: a flat ring sector closed to a cone, pinned around the natural waist.
 
     Vertex r * columns + c lies in row r (0 is the rim, pinned with the row 5 mm below) and column c, from the middle of
     the back over the wearer's left side and the front. The rest metric is the flat cut, so the cloth is flat at rest,
@@ -73,7 +73,7 @@ def make_skirt(
         rows: Number of rows; with `columns` in place of `vertex_count`.
         columns: Number of columns.
         material: A material, or the name of one.
-        cut: How it is cut; None: `SkirtCut()`.
+        cut: Cut of the skirt; None: `SkirtCut()`.
         name: Name of the garment.
 
     Returns:
@@ -93,13 +93,13 @@ def make_skirt(
     tree = body_tree(shaped)
     rim = waist_line(shaped, tree, columns, cut.height)
     width = float(np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).sum())
-    ways = row_distances(rows, band=_BAND, length=cut.length or _length_to_calf(shaped, float(rim[:, 1].mean())))
-    vertices = push_out_of_body(_drape(rim, width, ways, cut, tree).reshape(-1, 3), tree, CLEARANCE + 0.0002)
+    distances = row_distances(rows, band=_BAND, length=cut.length or _length_to_calf(shaped, float(rim[:, 1].mean())))
+    vertices = push_out_of_body(_drape(rim, width, distances, cut, tree).reshape(-1, 3), tree, CLEARANCE + 0.0002)
     faces, unrolled = cone_faces(rows, columns)
     return grid_garment(
         vertices,
         faces,
-        flat=cone_pattern(ways, columns, rim=width, opening=cut.opening),
+        flat=cone_pattern(distances, columns, rim=width, opening=cut.opening),
         flat_faces=unrolled,
         columns=columns,
         shaped=shaped,
@@ -108,7 +108,7 @@ def make_skirt(
         name=name,
         key_joint="pelvis",
         chains=cone_chains(rows, columns, first=PINNED_ROWS - 1, chains=CHAINS, nodes=NODES),
-        asked=None if vertex_count == PAPER_SIZE[0] * PAPER_SIZE[1] else vertex_count,
+        requested_count=None if vertex_count == PAPER_SIZE[0] * PAPER_SIZE[1] else vertex_count,
     )
 
 
@@ -123,16 +123,16 @@ def _length_to_calf(shaped: "ShapedBody", waist: float) -> float:
     return float(waist - knee + _BELOW_KNEE * (knee - ankle))
 
 
-def _drape(rim: np.ndarray, width: float, ways: np.ndarray, cut: SkirtCut, tree: ClosestTree) -> np.ndarray:
+def _drape(rim: np.ndarray, width: float, distances: np.ndarray, cut: SkirtCut, tree: ClosestTree) -> np.ndarray:
     outward, clearance = outward_of(rim), max(cut.height, CLEARANCE) + 0.001
-    tilts = line_tilts(rim, outward, tree, length=float(ways[-1]), tilt=cut.tilt, clearance=clearance)
-    sheet = hang_rows(rim, outward, tilts, ways)
+    tilts = line_tilts(rim, outward, tree, length=float(distances[-1]), tilt=cut.tilt, clearance=clearance)
+    sheet = hang_rows(rim, outward, tilts, distances)
     hem = float(np.linalg.norm(sheet[-1] - np.roll(sheet[-1], 1, axis=0), axis=1).sum())
-    if hem > width + cut.opening * ways[-1]:
-        least = (hem - width) / ways[-1]
+    if hem > width + cut.opening * distances[-1]:
+        least = (hem - width) / distances[-1]
         what = f"a skirt of this length must open by {least:.2f} rad or more to pass the body"
         raise BadGarment(what, f"{cut.opening} rad", "ask for a wider opening, a smaller tilt or a shorter cut")
-    ease = np.clip((ways - _BAND) / _FLAT, 0, 1)
+    ease = np.clip((distances - _BAND) / _PLEAT_START, 0, 1)
     lean = outward * np.cos(tilts)[:, None] + np.array([0.0, 1.0, 0.0]) * np.sin(tilts)[:, None]
     folds = min(cut.folds, len(rim) // 8)
-    return pleat_sheet(sheet, lean, width + cut.opening * ways, ease * ease * (3 - 2 * ease), folds)
+    return pleat_sheet(sheet, lean, width + cut.opening * distances, ease * ease * (3 - 2 * ease), folds)

@@ -1,4 +1,4 @@
-"""How a skirt hangs at the start: straight lines from the waist past the hips, the rest of its width in pleats."""
+"""Start shape of a skirt: straight lines from the waist past the hips, with the rest of its width in pleats."""
 
 import numpy as np
 
@@ -11,16 +11,16 @@ from .body_lines import lengths
 ColumnVectors = Float[np.ndarray, "columns 3"]
 """One vector for each line."""
 
-_CHECKED = 60
-"""Points of a line that are held against the body."""
+_LINE_POINTS = 60
+"""Number of points of a line that are tested against the body."""
 _STEP = 0.02
 _STEEPEST = 1.3
 
 
 def outward_of(rim: Points) -> ColumnVectors:
-    """Level unit vectors away from a line around the body: normals of the ellipse as wide and deep as the line.
+    """Returns level unit vectors away from a line around the body: normals of the ellipse as wide and deep as the line.
 
-    The line itself turns inward at the small of the back, where its own normals would meet.
+    The line's own normals would meet at the small of the back, where it turns inward.
     """
     low, high = rim.min(axis=0), rim.max(axis=0)
     away = (rim - (low + high) / 2) / np.array([(high[0] - low[0]) ** 2, np.inf, (high[2] - low[2]) ** 2])
@@ -30,14 +30,14 @@ def outward_of(rim: Points) -> ColumnVectors:
 def line_tilts(
     rim: Points, outward: ColumnVectors, tree: ClosestTree, *, length: float, tilt: float, clearance: float
 ) -> Float[np.ndarray, " columns"]:
-    """Angle to the vertical of a straight line down from each point of a closed rim, clear of the body.
+    """Returns the angle to the vertical of a straight line down from each point of a closed rim, clear of the body.
 
     Args:
-        rim: Where lines begin [m].
-        outward: Level directions in which they lean.
+        rim: Starts of the lines [m].
+        outward: Level directions in which the lines lean.
         tree: The body's surface.
-        length: Of a line [m].
-        tilt: The least angle [rad].
+        length: Length of a line [m].
+        tilt: Least angle [rad].
         clearance: Least distance to the skin [m].
 
     Returns:
@@ -48,10 +48,10 @@ def line_tilts(
     """
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-    tilts, way = np.full(len(rim), tilt), length * np.linspace(0, 1, _CHECKED)[2:]
+    tilts, distances = np.full(len(rim), tilt), length * np.linspace(0, 1, _LINE_POINTS)[2:]
     blocked = np.arange(len(rim))
     while len(blocked):
-        points = rim[blocked, None] + way[:, None] * _down(outward[blocked], tilts[blocked])[:, None]
+        points = rim[blocked, None] + distances[:, None] * _down(outward[blocked], tilts[blocked])[:, None]
         near = tree.signed_distances(points.reshape(-1, 3)) < clearance
         blocked = blocked[near.reshape(points.shape[:2]).any(axis=1)]
         tilts[blocked] += _STEP
@@ -62,10 +62,10 @@ def line_tilts(
 
 
 def hang_rows(
-    rim: Points, outward: ColumnVectors, tilts: Float[np.ndarray, " columns"], ways: Float[np.ndarray, " rows"]
+    rim: Points, outward: ColumnVectors, tilts: Float[np.ndarray, " columns"], distances: Float[np.ndarray, " rows"]
 ) -> Float[np.ndarray, "rows columns 3"]:
-    """Points at given ways down the straight lines [m]."""
-    return rim + ways[:, None, None] * _down(outward, tilts)
+    """Returns points at given distances down the straight lines [m]."""
+    return rim + distances[:, None, None] * _down(outward, tilts)
 
 
 def pleat_sheet(
@@ -75,16 +75,16 @@ def pleat_sheet(
     ease: Float[np.ndarray, " rows"],
     folds: int,
 ) -> Float[np.ndarray, "rows columns 3"]:
-    """A closed sheet laid into waves on its outer side, so that each row is as wide as it was cut.
+    """Folds a closed sheet into waves on its outer side, so that each row is as wide as it was cut.
 
     The amplitude of each row is found by bisection on its true length; points are spread evenly along the wave.
 
     Args:
         sheet: Rows of points, the last column beside the first [m].
         normals: Directions of the waves, one a column.
-        widths: Width of each row as cut [m].
-        ease: Share of its amplitude that each row gets.
-        folds: Number of waves around.
+        widths: Width of each row in the cut [m].
+        ease: Fraction of its amplitude that each row gets.
+        folds: Number of waves around the body.
 
     Returns:
         Points [m].
@@ -103,8 +103,8 @@ def pleat_sheet(
         middle = (low + high) / 2
         short = lengths(base + middle[:, None, None] * wave) < widths
         low, high = np.where(short, middle, low), np.where(short, high, middle)
-    laid = base + (ease * low)[:, None, None] * wave
-    return np.stack([_evenly(line, columns) for line in laid])
+    waves = base + (ease * low)[:, None, None] * wave
+    return np.stack([_evenly(line, columns) for line in waves])
 
 
 def _down(outward: ColumnVectors, tilts: np.ndarray) -> np.ndarray:
@@ -118,6 +118,6 @@ def _at(rows: np.ndarray, place: np.ndarray, fine: np.ndarray) -> np.ndarray:
 
 
 def _evenly(line: np.ndarray, columns: int) -> np.ndarray:
-    way = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    share = way[-1] * np.arange(columns) / columns
-    return np.stack([np.interp(share, way, line[:, axis]) for axis in range(3)], axis=1)
+    distances = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    wanted = distances[-1] * np.arange(columns) / columns
+    return np.stack([np.interp(wanted, distances, line[:, axis]) for axis in range(3)], axis=1)

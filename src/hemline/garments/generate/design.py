@@ -1,4 +1,4 @@
-"""What a generated garment is: its kind and its measures."""
+"""Designs of generated garments: kinds and measures."""
 
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -33,11 +33,11 @@ LIMITS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Measures:
-    """The measures of a garment; what its kind does not use is ignored."""
+    """Measures of a garment. Measures that its kind does not have are ignored."""
 
     length: float = 0.6
-    """Vertical distance from the top to the hem [m]. The top is the shoulder beside the neck, or the waistband of
-    skirts and trousers."""
+    """Vertical distance from the top to the hem [m].
+    The top is the shoulder beside the neck, or the waistband of skirts and trousers."""
     ease: float = 0.12
     """Extra girth over that of chest and hips [m]."""
     waist_ease: float = 0.12
@@ -45,8 +45,8 @@ class Measures:
     waist_height: float = 0.0
     """Height above the natural waist of the waistband, or of the line where a dress begins to widen [m]."""
     flare: float = 0.1
-    """Angle to the vertical at which the garment widens below the waist, or below the knee for trousers and jumpsuits
-    [rad]."""
+    """Angle to the vertical at which the garment widens below the waist [rad].
+    Trousers and jumpsuits widen below the knee."""
     sleeve: float = 0.18
     """Length of the sleeves along the arm from the shoulder joint [m]. With 0 there is an armhole without a sleeve."""
     sleeve_ease: float = 0.08
@@ -75,14 +75,14 @@ class Measures:
 
 @dataclass(frozen=True)
 class Design(Measures):
-    """A garment by its kind and its measures.
+    """Kind and measures of a garment.
 
     Raises:
         BadInput: An unknown kind, neckline or material, or a measure outside its limits.
     """
 
     kind: Kind
-    """What it is: top, dress, skirt, trousers or jumpsuit."""
+    """Kind of garment: top, dress, skirt, trousers or jumpsuit."""
 
     def __post_init__(self) -> None:
         _check_choice("kind", self.kind, KINDS)
@@ -95,7 +95,7 @@ class Design(Measures):
 
     @property
     def has_top(self) -> bool:
-        """Whether it hangs from the shoulders."""
+        """Whether the garment hangs from the shoulders."""
         return self.kind in ("top", "dress", "jumpsuit")
 
     @property

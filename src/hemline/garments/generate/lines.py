@@ -1,4 +1,4 @@
-"""Heights on a body that a design is measured from."""
+"""Heights on a body from which a design is measured."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -17,30 +17,30 @@ _STEP = 0.01
 
 
 @dataclass(frozen=True)
-class Lines:
+class BodyLines:
     """Heights in the world of the body's rest pose [m]."""
 
     shoulder: float
-    """Of the shoulder beside the neckline."""
+    """Height of the shoulder beside the neckline."""
     armpit: float
-    """Below which a top has its full width."""
+    """Height below which a top has its full width."""
     waist: float
-    """Of the narrowest level between hips and chest."""
+    """Height of the narrowest level between hips and chest."""
     crotch: float
-    """Where the thighs part."""
+    """Height at which the thighs part."""
     knee: float
-    """Of the knees."""
+    """Height of the knees."""
     top: float
-    """Of the garment: of its shoulder, or of its waistband."""
+    """Height of the top of the garment: its shoulder or its waistband."""
     hem: float
-    """Of its hem."""
+    """Height of the hem of the garment."""
 
 
-def lines_of(design: Design, shaped: "ShapedBody") -> Lines:
-    """Where a garment begins and ends on a body.
+def lines_of(design: Design, shaped: "ShapedBody") -> BodyLines:
+    """Measures the heights of a body and of a garment on it.
 
     Args:
-        design: Its measures.
+        design: Kind and measures of the garment.
         shaped: The body.
     """
     trunk = triangles_of(shaped, without=ARMS)
@@ -52,7 +52,7 @@ def lines_of(design: Design, shaped: "ShapedBody") -> Lines:
     width = tapes(trunk, upper, np.zeros(1))[:, 0]
     shoulder = float(upper[np.flatnonzero(width >= design.neck_width / 2)[-1]])
     top = shoulder if design.has_top else waist + design.waist_height
-    return Lines(
+    return BodyLines(
         shoulder=shoulder,
         armpit=float(joint(shaped, "left_shoulder")[1] - _ARMPIT),
         waist=waist,
@@ -67,7 +67,7 @@ _ARMPIT = 0.11
 
 
 def _crotch(trunk: np.ndarray, pelvis: float) -> float:
-    """The highest level below the pelvis where the left thigh is a centimetre from the middle."""
+    """Returns the highest level below the pelvis at which the left thigh is a centimetre from the middle."""
     left = trunk[(trunk[:, :, 0] > 0).all(axis=1)]
     levels = pelvis - np.arange(0.02, 0.35, _STEP)
     inner = -tapes(left, levels, np.array([np.pi]))[:, 0]

@@ -1,4 +1,4 @@
-"""The surface where a field on a grid is zero."""
+"""Marching tetrahedra: the surface where a field on a grid is zero."""
 
 from itertools import permutations
 
@@ -10,7 +10,7 @@ _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
 
 def _tetrahedra() -> np.ndarray:
-    """Six tetrahedra of a cube around its diagonal, corners numbered 4 x + 2 y + z; all of one handedness."""
+    """Returns six tetrahedra of one handedness around the diagonal of a cube with corners numbered 4 x + 2 y + z."""
     result = []
     for order in permutations((4, 2, 1)):
         tet = [0, order[0], order[0] + order[1], 7]
@@ -34,11 +34,11 @@ _CASES = {
 def zero_surface(
     field: Float[np.ndarray, "nx ny nz"], origin: Float[np.ndarray, "3"], spacing: float
 ) -> tuple[Vertices, Faces]:
-    """Triangles of the surface where a field is zero, by marching tetrahedra.
+    """Triangulates the surface where a field is zero, by marching tetrahedra.
 
     Args:
         field: Values at the nodes of a grid, negative inside.
-        origin: Position of its first node [m].
+        origin: Position of the first node [m].
         spacing: Distance of neighbouring nodes [m].
 
     Returns:
@@ -61,13 +61,13 @@ def zero_surface(
     keys = ends[..., 0] * flat.size + ends[..., 1]
     unique, faces = np.unique(keys, return_inverse=True)
     start, end = np.divmod(unique, flat.size)
-    share = (flat[start] / (flat[start] - flat[end]))[:, None]
+    fraction = (flat[start] / (flat[start] - flat[end]))[:, None]
     first, last = (np.stack(np.unravel_index(each, field.shape), axis=1) for each in (start, end))
-    return origin + spacing * (first + share * (last - first)), faces.reshape(-1, 3).astype(np.int32)
+    return origin + spacing * (first + fraction * (last - first)), faces.reshape(-1, 3).astype(np.int32)
 
 
 def _edges_of(tets: np.ndarray, case: np.ndarray, pattern: int) -> np.ndarray:
-    """Edges that the triangles of one case cross (triangles, 3, 2)."""
+    """Returns the edges whose crossings are the corners of the triangles of one case (triangles, 3, 2)."""
     here = tets[case == pattern]
     within = [corner for corner in range(4) if pattern >> corner & 1]
     if len(within) == 1:

@@ -1,4 +1,4 @@
-"""Designs drawn at random, as they are worn."""
+"""Random designs within the usual range of measures."""
 
 import numpy as np
 
@@ -13,12 +13,12 @@ _CLOTH = {
     "jumpsuit": ("cotton", "jersey"),
 }
 
-CLOSE = 0.4
-"""Share of ease and flare that is left to a design that fits closely."""
+CLOSE_FRACTION = 0.4
+"""Fraction of ease and flare that a close-fitting design keeps."""
 
 
 def plain_design(kind: Kind) -> Design:
-    """A usual garment of a kind.
+    """Returns the usual design of a kind.
 
     Args:
         kind: top, dress, skirt, trousers or jumpsuit.
@@ -32,12 +32,12 @@ def plain_design(kind: Kind) -> Design:
 
 
 def random_design(kind: Kind, seed: int, *, close: bool = False) -> Design:
-    """A garment of a kind that differs visibly from that of another seed.
+    """Returns a random design, visibly different from those of other seeds.
 
     Args:
         kind: top, dress, skirt, trousers or jumpsuit.
         seed: A number from 0; the same one gives the same design.
-        close: Whether it fits closely: the same design, its ease and flare `CLOSE` of what they would be.
+        close: Whether the garment fits closely: ease and flare of the same design are multiplied by `CLOSE_FRACTION`.
 
     Raises:
         BadInput: An unknown kind.
@@ -85,5 +85,5 @@ def random_design(kind: Kind, seed: int, *, close: bool = False) -> Design:
         chosen |= {"length": drawn(0.8, 1.3)}
     if close:
         wide = [name for name in chosen if name.endswith(("ease", "flare"))]
-        chosen |= {name: round(CLOSE * float(chosen[name]), 4) for name in wide}
+        chosen |= {name: round(CLOSE_FRACTION * float(chosen[name]), 4) for name in wide}
     return Design(kind, **chosen)  # type: ignore[arg-type]

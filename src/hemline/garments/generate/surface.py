@@ -1,4 +1,4 @@
-"""The left half of a garment as a fine mesh, cut at neckline, sleeves, waistband and hem."""
+"""Triangulates the left half of a garment finely, cut at neckline, sleeves, waistband and hem."""
 
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ from hemline.meshes import boundary_loops, components
 
 from .clip_mesh import clip_mesh, drop_unused_vertices
 from .design import Design
-from .lines import Lines
+from .lines import BodyLines
 from .marching import zero_surface
 from .solid import SPACING, Arm, solid
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 _PINHOLE = 0.1
-"""Length of a rim that is none [m]."""
+"""Rims shorter than this are pinholes, which are closed [m]."""
 _POWERS = {"v": 1.0, "round": 2.0, "square": 5.0}
 
 
-def half_surface(design: Design, shaped: "ShapedBody", lines: Lines) -> tuple[Vertices, Faces]:
-    """The half at x >= 0; where it is cut in the middle, x is 0.
+def half_surface(design: Design, shaped: "ShapedBody", lines: BodyLines) -> tuple[Vertices, Faces]:
+    """Triangulates the half at x >= 0; along the cut in the middle, x is 0.
 
     Args:
-        design: Its measures.
+        design: Kind and measures of the garment.
         shaped: The body.
-        lines: Heights on that body.
+        lines: Heights on this body.
     """
     grid, arm = solid(design, shaped, lines)
     vertices, faces = zero_surface(grid.values, grid.origin, SPACING)
@@ -40,8 +40,8 @@ def half_surface(design: Design, shaped: "ShapedBody", lines: Lines) -> tuple[Ve
     return _largest(*clip_mesh(vertices, faces, sleeve(vertices, design, arm, lines)))
 
 
-def _neckline(points: Points, design: Design, shaped: "ShapedBody", lines: Lines) -> np.ndarray:
-    """Positive where the neckline is cut out: above 1 - (|x / half width|^p + (depth)^p)^(1/p)."""
+def _neckline(points: Points, design: Design, shaped: "ShapedBody", lines: BodyLines) -> np.ndarray:
+    """Returns a function that is positive within the neckline: 1 - (|x / half width|^p + |depth|^p)^(1 / p), scaled."""
     middle = float(joint(shaped, "neck")[2]) - 0.02
     front = np.clip((points[:, 2] - middle) / 0.06 + 0.5, 0, 1)
     front = front * front * (3 - 2 * front)
@@ -53,25 +53,25 @@ def _neckline(points: Points, design: Design, shaped: "ShapedBody", lines: Lines
     return (design.neck_width / 2) * (1 - (across**power + down**power) ** (1 / power))
 
 
-def _sleeve_end(points: Points, design: Design, arm: Arm, lines: Lines) -> np.ndarray:
-    way, height = arm.nearest(points)
-    return np.minimum(way - design.sleeve, 0.03 - height)
+def _sleeve_end(points: Points, design: Design, arm: Arm, lines: BodyLines) -> np.ndarray:
+    distance, height = arm.nearest(points)
+    return np.minimum(distance - design.sleeve, 0.03 - height)
 
 
-def _armhole(points: Points, design: Design, arm: Arm, lines: Lines) -> np.ndarray:
-    """Beyond a plane from the end of the strap to the side of the trunk below the armpit, and all of the arm."""
-    way, height = arm.nearest(points)
+def _armhole(points: Points, design: Design, arm: Arm, lines: BodyLines) -> np.ndarray:
+    """Returns a function that is positive on the arm, and beyond a plane from strap to side below the armpit."""
+    distance, height = arm.nearest(points)
     low = lines.armpit - 0.02
     side = (np.abs(points[:, 1] - low) < 0.01) & (height > 0.02)
     inner = points[side, 0].max(initial=arm.points[0, 0])
     shoulder = design.neck_width / 2 + design.strap
-    share = (points[:, 1] - low) / (lines.shoulder - low)
-    beyond = points[:, 0] - inner - share * (shoulder - inner)
-    return np.maximum(np.minimum(beyond, points[:, 1] - low), np.minimum(way - 0.1, 0.02 - height))
+    fraction = (points[:, 1] - low) / (lines.shoulder - low)
+    beyond = points[:, 0] - inner - fraction * (shoulder - inner)
+    return np.maximum(np.minimum(beyond, points[:, 1] - low), np.minimum(distance - 0.1, 0.02 - height))
 
 
 def _largest(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
-    """The largest connected part, without pinholes where two cuts meet."""
+    """Returns the largest connected part, with pinholes closed where two cuts meet."""
     labels = components(faces, len(vertices))
     best = np.bincount(labels[faces[:, 0]]).argmax()
     vertices, faces = drop_unused_vertices(vertices, faces[labels[faces[:, 0]] == best])

@@ -1,4 +1,4 @@
-"""Girths of a body: level sections of its trunk and legs as a tape around them lies."""
+"""Girths of a body: level sections of its trunk and legs, as a tape around them would lie."""
 
 from typing import TYPE_CHECKING
 
@@ -15,23 +15,23 @@ FEET = ("ankle", "foot")
 
 
 def triangles_of(shaped: "ShapedBody", *, without: tuple[str, ...]) -> Float[np.ndarray, "faces 3 3"]:
-    """Corners of the triangles that no joint with such a name moves most, float64 [m].
+    """Returns the corners of the triangles that other joints than the named ones move most, float64 [m].
 
     Args:
         shaped: The body, at rest.
-        without: Ends of names of joints.
+        without: Endings of the names of joints whose triangles are excluded.
     """
     body = shaped.body
     strongest = body.weight_indices[np.arange(len(body.weights)), body.weights.argmax(axis=1)]
-    left_out = [number for number, name in enumerate(JOINT_NAMES) if name.endswith(without)]
-    here = ~np.isin(strongest, left_out)
-    return np.asarray(shaped.vertices, np.float64)[body.faces[here[body.faces].all(axis=1)]]
+    excluded = [number for number, name in enumerate(JOINT_NAMES) if name.endswith(without)]
+    included = ~np.isin(strongest, excluded)
+    return np.asarray(shaped.vertices, np.float64)[body.faces[included[body.faces].all(axis=1)]]
 
 
 def tapes(
     corners: Float[np.ndarray, "faces 3 3"], levels: Float[np.ndarray, " levels"], angles: Float[np.ndarray, " angles"]
 ) -> Float[np.ndarray, "levels angles"]:
-    """Support function of level sections: max over a section's points of x cos a + z sin a.
+    """Returns the support function of level sections: max over a section's points of x cos a + z sin a.
 
     Args:
         corners: Triangles [m].
@@ -48,7 +48,7 @@ def tapes(
         cut = (start[:, 1] < level) != (end[:, 1] < level)
         if cut.any():
             low, high = start[cut], end[cut]
-            share = (level - low[:, 1]) / (high[:, 1] - low[:, 1])
-            points = low + share[:, None] * (high - low)
+            fraction = (level - low[:, 1]) / (high[:, 1] - low[:, 1])
+            points = low + fraction[:, None] * (high - low)
             result[row] = (points[:, [0, 2]] @ directions).max(axis=0)
     return result

@@ -1,4 +1,4 @@
-"""The fine garment carried by frames on a coarse one."""
+"""Compiled kernels of `embedding`: frames of coarse vertices, and fine vertices that follow them."""
 
 from math import atan2, copysign, cos, sin
 
@@ -6,15 +6,15 @@ from hemline.compiled import kernel, prange
 
 
 @kernel(parallel=True)
-def turned_frames(points, normals, start, ring, slopes, frames_out):
-    """The frame of each vertex: its normal, and tangents turned as its ring turned in its plane.
+def turn_frames(points, normals, start, ring, slopes, frames_out):
+    """Computes the frame of each vertex: its normal, and tangents turned as its ring turned in its plane.
 
     Args:
-        points: Coarse vertices now (verts, 3) [m].
-        normals: Unit normals there (verts, 3).
-        start: Where the ring of each vertex begins in `ring` (verts + 1,).
-        ring: Neighbours.
-        slopes: What each edge of a ring adds to the images of the two tangents at rest (ring, 2) [1/m].
+        points: Current positions of the coarse vertices (verts, 3) [m].
+        normals: Unit normals at these vertices (verts, 3).
+        start: Index at which the ring of each vertex begins in `ring` (verts + 1,).
+        ring: Neighbours of the vertices, ring after ring.
+        slopes: Contribution of each edge of a ring to the images of the two tangents at rest (ring, 2) [1/m].
         frames_out: Two tangents and the normal as columns, a rotation (verts, 3, 3).
     """
     for v in prange(len(points)):
@@ -43,15 +43,15 @@ def turned_frames(points, normals, start, ring, slopes, frames_out):
 
 @kernel(parallel=True)
 def carry(points, frames, near, weights, offsets, vertices_out):
-    """Where frames take the vertices: a weighted mean.
+    """Computes fine vertices as weighted means of the points to which coarse frames move them.
 
     Args:
-        points: Coarse vertices now (coarse, 3) [m].
-        frames: Their frames (coarse, 3, 3).
+        points: Current positions of the coarse vertices (coarse, 3) [m].
+        frames: Frames of the coarse vertices (coarse, 3, 3).
         near: Coarse vertices of each vertex (verts, near).
-        weights: Their weights (verts, near); each row adds up to 1.
-        offsets: The vertex in each of their frames at rest (verts, near, 3) [m].
-        vertices_out: (verts, 3) [m].
+        weights: Weights of these coarse vertices (verts, near); each row adds up to 1.
+        offsets: Position at rest of the fine vertex in each of their frames (verts, near, 3) [m].
+        vertices_out: Fine vertices (verts, 3) [m].
     """
     for v in prange(len(near)):
         x = y = z = 0.0

@@ -1,4 +1,4 @@
-"""The coarse garment that moves in the place of the one that is shown."""
+"""Proxies: coarse garments that move in place of the ones that are displayed."""
 
 import math
 from typing import NamedTuple
@@ -10,34 +10,34 @@ from hemline.garments.garment import Garment
 
 from .coarser import coarser_garment
 
-NEARLY = 0.9
-"""A garment of which more than this share would be left is its own proxy."""
+OWN_PROXY_FRACTION = 0.9
+"""A garment is its own proxy if a proxy would keep more than this fraction of its vertices."""
 
 
 class ProxySize(NamedTuple):
-    """How coarse it is."""
+    """Size of a proxy."""
 
     edge: float = 0.035
     """Length of its edges [m]."""
     fewest: int = 500
-    """Vertices that it has at least; all where the garment has no more."""
+    """Least number of vertices; all of the garment if it has fewer."""
     most: int = 1500
-    """Vertices that it has at most."""
+    """Largest number of vertices."""
 
 
 def proxy_of(garment: Garment, size: ProxySize) -> tuple[Garment, Int[np.ndarray, " coarse"]]:
-    r"""The garment with edges of about one length: $N = A / (\sqrt{3}/2 \; \ell^2)$ vertices for an area $A$.
+    r"""Makes a proxy with edges of about one length: $N = A / (\sqrt{3}/2 \; \ell^2)$ vertices for an area $A$.
 
     Args:
-        garment: The one that is shown.
-        size: Length of its edges, and how many vertices there may be.
+        garment: The garment that is displayed.
+        size: Length of the proxy's edges, and limits of its number of vertices.
 
     Returns:
-        The coarse garment, the garment itself where that has hardly more vertices; and which vertex of the fine one
-        each of its vertices is.
+        The proxy, which is the garment itself if that has hardly more vertices; and for each of the proxy's vertices
+        the number of that vertex in the garment.
     """
     one, two = garment.rest_edges[:, :, 0], garment.rest_edges[:, :, 1]
     area = 0.5 * float(np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum())
     count = min(max(area / (math.sqrt(0.75) * size.edge**2), size.fewest), size.most)
-    share = count / len(garment.vertices)
-    return coarser_garment(garment, share if share < NEARLY else 1.0)
+    fraction = count / len(garment.vertices)
+    return coarser_garment(garment, fraction if fraction < OWN_PROXY_FRACTION else 1.0)

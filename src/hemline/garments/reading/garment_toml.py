@@ -1,4 +1,4 @@
-"""The small TOML file beside a garment's mesh, that a person can write."""
+"""Reads the small TOML file beside a garment's mesh, which people write by hand."""
 
 import re
 import tomllib
@@ -10,19 +10,19 @@ from typing import Any
 from hemline.errors import BadGarment
 from hemline.files import read_text
 from hemline.files.beside import beside
-from hemline.garments.pin_rules import PinGroup, PinsSaid, is_ids
-from hemline.garments.quoted import quoted
+from hemline.garments.pin_rules import PinGroup, PinRule, is_ids
+from hemline.garments.quote import quote
 
 _CURE = "write it as in docs/wardrobe.md: key = value"
 _BYTES_MAX = 2**22
 _DOTS_MAX = 32
-"""Dots in a line, at most: of a key of many parts the parser keeps each beginning, which takes memory."""
+"""Largest number of dots in a line: for a key of many parts the parser keeps each beginning, which takes memory."""
 _BITS_MAX = 63
 
 
 @dataclass(frozen=True)
 class GarmentFile:
-    """What a garment's TOML may say; all but `mesh` may be left out and is then guessed."""
+    """Content of a garment's TOML. Everything but `mesh` may be omitted and is then guessed."""
 
     mesh: str = ""
     """Mesh file, relative to the TOML."""
@@ -40,7 +40,7 @@ class GarmentFile:
     """Shape of that body."""
     material: str | dict[str, Any] | None = None
     """A fabric by name, or a table of constants, perhaps with a `base`."""
-    pins: PinsSaid = None
+    pins: PinRule = None
     """Vertex ids, or a rule: top_rim, boundary:N (the rims by length), above:HEIGHT (metres above the pelvis), none;
     or tables of `vertices` (one of these), `to` (surface or a joint), `stiffness` (N/m a vertex; left out: hard)."""
     chains: tuple[tuple[int, ...], ...] = ()
@@ -54,19 +54,19 @@ class GarmentFile:
 
     @property
     def names_vertices(self) -> bool:
-        """Whether it names vertices by their ids, which then must stay as they are."""
+        """Whether vertices are named by their ids, which then must not change."""
         groups = self.pins if isinstance(self.pins, tuple) else ()
         return bool(self.chains) or any(not isinstance(getattr(each, "vertices", each), str | None) for each in groups)
 
 
 def read_garment_toml(path: str | Path) -> GarmentFile:
-    """Read a garment's TOML.
+    """Reads a garment's TOML.
 
     Args:
         path: The file.
 
     Returns:
-        What it says; lists as tuples.
+        The content, with tuples for lists.
 
     Raises:
         BadGarment: The file is missing, too large or no TOML, a key is unknown, a value is of the wrong kind, or the
@@ -78,9 +78,9 @@ def read_garment_toml(path: str | Path) -> GarmentFile:
     for key, value in content.items():
         if key not in known:
             near = get_close_matches(key[:60], known, 1, 0.0)[0]
-            raise BadGarment(f"{path}: unknown key '{key[:60]}'", quoted(value), f"did you mean '{near}'")
+            raise BadGarment(f"{path}: unknown key '{key[:60]}'", quote(value), f"did you mean '{near}'")
         if not _fits(key, value):
-            raise BadGarment(f"{path}: '{key}' must be {_KINDS[key]}", quoted(value), "correct it")
+            raise BadGarment(f"{path}: '{key}' must be {_KINDS[key]}", quote(value), "correct it")
     if not content.get("mesh"):
         raise BadGarment(f"{path} must name its mesh", "no key 'mesh'", "add: mesh = 'file.obj'")
     beside(path, content["mesh"], "a mesh", error=BadGarment, cure="put the mesh into the folder of the TOML, or below")
@@ -90,7 +90,7 @@ def read_garment_toml(path: str | Path) -> GarmentFile:
 
 
 def _content(path: Path) -> dict[str, Any]:
-    """The keys and values of a TOML file."""
+    """Returns the keys and values of a TOML file."""
     try:
         text = read_text(
             path,
@@ -112,23 +112,23 @@ def _content(path: Path) -> dict[str, Any]:
         raise BadGarment(f"{path} is no TOML", _where(str(error), text), _CURE) from error
     except RecursionError as error:
         raise BadGarment(f"{path} is no TOML", "tables or lists nested far too deep", _CURE) from error
-    except ValueError as error:  # a number of so many digits that Python does not read it, a day that no month has
+    except ValueError as error:  # a number with too many digits for Python, or a day that does not exist
         raise BadGarment(f"{path} is no TOML", "a number or a date that cannot be", _CURE) from error
-    waiting = [content]
-    while waiting:
-        value = waiting.pop()
+    pending = [content]
+    while pending:
+        value = pending.pop()
         if isinstance(value, int) and value.bit_length() > _BITS_MAX:
             raise BadGarment(f"{path} is no TOML", f"a whole number of more than {_BITS_MAX} bits", _CURE)
-        waiting += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+        pending += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     return content
 
 
-def _where(said: str, text: str) -> str:
-    """The line that is wrong, out of what the parser says."""
-    found = re.search(r"at line (\d+)", said)
-    if found is None:
+def _where(message: str, text: str) -> str:
+    """Returns the wrong line, from the message of the parser."""
+    match = re.search(r"at line (\d+)", message)
+    if match is None:
         return "a table, list or text that does not end"
-    return f"line {found[1]}: '{text.splitlines()[int(found[1]) - 1].strip()[:60]}'"
+    return f"line {match[1]}: '{text.splitlines()[int(match[1]) - 1].strip()[:60]}'"
 
 
 _KINDS = {

@@ -1,4 +1,4 @@
-"""Which flat triangles a garment that was read is cut from: its pattern, or the mesh itself."""
+"""Chooses the flat rest triangles of a garment that was read: from its pattern, or from the mesh itself."""
 
 import numpy as np
 
@@ -11,51 +11,56 @@ _PATTERN_OFF = 0.15
 
 
 def rest_shape(
-    mesh: ReadMesh, vertices: Vertices, scale: float, wanted: bool | None, name: str
+    mesh: ReadMesh, vertices: Vertices, scale: float, use_pattern: bool | None, name: str
 ) -> tuple[Float[np.ndarray, "faces 2 2"], bool, tuple[str, ...]]:
-    """Flat rest triangles, whether they come from the pattern, and a note where that was guessed.
+    """Chooses the flat rest triangles of a mesh.
 
-    The pattern is taken where half of its edges or more are as long as those of the mesh, within 15 %: patterns are
-    often exported before their seams are closed.
+    The pattern is taken if at least half of its edges are as long as those of the mesh, within 15 %: patterns are often
+    exported before their seams are closed.
 
     Args:
         mesh: The mesh as read.
         vertices: Its positions [m].
-        scale: Metres in a unit of the file.
-        wanted: True: the pattern; False: the mesh; None: guess.
-        name: How errors call the garment.
+        scale: Length of a unit of the file [m].
+        use_pattern: True: the pattern; False: the mesh; None: guess.
+        name: Name of the garment in error messages.
+
+    Returns:
+        The triangles [m], whether they come from the pattern, and a note where that was guessed.
 
     Raises:
-        BadGarment: The pattern is wanted and there is none, or it is not to scale.
+        BadGarment: The pattern is to be used, but there is none or it is not to scale.
     """
     of_mesh = rest_edges_of_mesh(vertices, mesh.faces)
-    guessed = wanted is None
+    guessed = use_pattern is None
     if mesh.pattern is None or mesh.pattern_faces is None:
-        if wanted:
+        if use_pattern:
             what, cure = f"{name}: 'pattern' asks for texture coordinates", "remove 'pattern', or export them"
             raise BadGarment(what, "a mesh without any", cure)
         return of_mesh, False, ("rest shape: the mesh itself, as it has no pattern",) * guessed
-    if wanted is False:
+    if use_pattern is False:
         return of_mesh, False, ()
     flat = rest_edges_of_pattern(mesh.pattern * scale, mesh.pattern_faces)
     degenerate = bool((np.linalg.det(flat) <= 0).any())
     off = np.inf if degenerate else float(np.median(np.abs(edge_strains(vertices, mesh.faces, flat))))
     if off < _PATTERN_OFF:
         return flat, True, ("rest shape: the pattern (vt), as its edges are as long as the mesh's",) * guessed
-    if wanted:
+    if use_pattern:
         got = "triangles without an area" if degenerate else f"edges that differ by {100 * off:.0f} % in the median"
         what = f"{name}: texture coordinates must be the pattern, in the unit of the mesh"
         raise BadGarment(what, got, "set pattern = false")
     return of_mesh, False, ("rest shape: the mesh itself, as its texture coordinates (vt) are no pattern to scale",)
 
 
-def rewound(rest_edges: Float[np.ndarray, "faces 2 2"], before: Faces, after: Faces) -> Float[np.ndarray, "faces 2 2"]:
-    """Flat triangles for faces some of which had their second and third corner exchanged; mirrored to positive areas.
+def rewind_rest_edges(
+    rest_edges: Float[np.ndarray, "faces 2 2"], before: Faces, after: Faces
+) -> Float[np.ndarray, "faces 2 2"]:
+    """Returns flat triangles for faces whose second and third corners were swapped in part, with positive areas.
 
     Args:
-        rest_edges: Flat triangles of `before`.
+        rest_edges: Flat triangles of the faces `before`.
         before: Triangles.
-        after: The same triangles, some turned.
+        after: The same triangles, some of them turned over.
     """
     swapped = (before != after).any(axis=1)
     result = rest_edges.copy()

@@ -1,4 +1,4 @@
-"""Which unit a garment's file is in."""
+"""Unit and up axis of a garment's file, as declared or guessed."""
 
 import numpy as np
 
@@ -8,17 +8,26 @@ from hemline.errors import BadGarment
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 """Units by name, in metres."""
 
+AXES = ("y", "z")
+"""Axes that may point up; the first is hemline's own."""
+
+UP_GUESS_RATIO = 0.67
+"""z is taken to point up where the garment then misfits the body by less than this fraction of its misfit with y up."""
+
+Z_UP_NOTE = "up: z, as it fits the body so; it was turned to y up"
+"""Note of a garment whose up axis was guessed to be z."""
+
 _GUESSED = ("m", "dm", "cm", "mm")
 _SMALLEST, _LARGEST = 0.1, 3.0
 
 
 def unit_of(vertices: Vertices, declared: str | None, name: str) -> tuple[str, tuple[str, ...]]:
-    """The unit of a garment's file: as declared, or guessed from its size, since garments are 0.22 to 2.2 m long.
+    """Returns the unit of a garment's file: the declared one, or a guess, since garments are 0.22 to 2.2 m long.
 
     Args:
         vertices: Positions in the file's unit.
         declared: A name of `UNITS`, or None to guess.
-        name: How errors call the file.
+        name: Name of the file in error messages.
 
     Returns:
         The unit's name, and a note where it was guessed.
@@ -45,3 +54,13 @@ def unit_of(vertices: Vertices, declared: str | None, name: str) -> tuple[str, t
         got = f"{size * UNITS[declared]:.4g} m long"
         raise BadGarment(f"{name}: the declared unit '{declared}' contradicts the size", got, f"{cure}; correct 'unit'")
     return declared, ()
+
+
+def to_y_up(vertices: Vertices, up: str) -> Vertices:
+    """Turns positions so that y points up.
+
+    Args:
+        vertices: Positions whose axis `up` points up. With z up, the front faces -y, as in Blender.
+        up: One of `AXES`.
+    """
+    return np.ascontiguousarray(vertices[:, [0, 2, 1]] * (1, 1, -1)) if up == "z" else vertices

@@ -1,4 +1,4 @@
-"""Where networks are trained."""
+"""The device on which networks are trained."""
 
 import torch
 
@@ -6,13 +6,13 @@ from hemline.errors import BadInput
 
 
 def usable_device(name: str) -> torch.device:
-    """The device of that name.
+    """Returns the device of a name.
 
     Args:
-        name: As torch names it: `cpu`, `cuda`, `cuda:1`.
+        name: A name of torch: `cpu`, `cuda`, `cuda:1`.
 
     Raises:
-        BadInput: torch does not know it, or finds none here.
+        BadInput: torch does not know the device, or finds none on this machine.
     """
     what, cure = f"option 'device' must name a device of torch that is here, not '{name}'", "leave it out, or name cpu"
     try:

@@ -1,4 +1,4 @@
-"""A neural signed distance while it is trained, with torch, and for losses; `collide.neural_sdf` is what plays."""
+"""A neural signed distance during training and in losses, with torch; at run time it is `collide.neural_sdf`."""
 
 import math
 from collections.abc import Mapping
@@ -12,16 +12,16 @@ from hemline.collide.neural_sdf.inputs import WIDTHS, Inputs, start
 from hemline.collide.neural_sdf.neural_sdf import LAYERS, NeuralSdf
 from hemline.errors import BadModel
 
-SHARPNESS = 100
-"""Of the softplus."""
-RADIUS = 0.5
-"""Of the sphere that the network of the paper begins as [m]."""
+SOFTPLUS_SHARPNESS = 100
+"""Sharpness of the softplus."""
+START_RADIUS = 0.5
+"""Radius of the sphere as which the network of the paper starts [m]."""
 
 
 class DistanceNetwork:
     r"""The layers of `NeuralSdf` in torch, on any device: distance and gradient, both differentiable by the weights.
 
-    The gradient by the point is written out, layer by layer backwards, so that one backward pass serves all losses.
+    The gradient by the point is written out layer by layer, so that one backward pass of torch serves all losses.
 
     Source: Li et al., "SwinGar", 2023, Section IV; the start as a sphere: Atzmon, Lipman, "SAL", 2020, Theorem 1.
         Differs: with inputs `bones` the start is the distance to capsules around them.
@@ -32,14 +32,14 @@ class DistanceNetwork:
         self.layers = dict(layers)
 
     @classmethod
-    def drawn(cls, inputs: Inputs, *, width: int, condition: int, seed: int) -> Self:
-        """A network that begins as a sphere, or as the capsules.
+    def initialize(cls, inputs: Inputs, *, width: int, condition: int, seed: int) -> Self:
+        """Makes a network that starts as a sphere, or as the capsules.
 
         Args:
-            inputs: What is read of a point.
+            inputs: Features of a point that it reads.
             width: Neurons in each hidden layer; 512 in the paper.
-            condition: Numbers that are read of shape and pose.
-            seed: Of the weights.
+            condition: Number of features of shape and pose.
+            seed: Seed of the weights.
         """
         generator = torch.Generator().manual_seed(seed)
         ins = (WIDTHS[inputs], width, width, condition, width, width, 2 * width, width)
@@ -62,7 +62,7 @@ class DistanceNetwork:
 
     @classmethod
     def of(cls, model: NeuralSdf) -> Self:
-        """The twin of a network that plays; its weights are not trained."""
+        """Makes a copy of a run-time network in torch, whose weights are not trained."""
         return cls(
             model.inputs, {name: (torch.from_numpy(w), torch.from_numpy(b)) for name, (w, b) in model.layers.items()}
         )
@@ -73,21 +73,21 @@ class DistanceNetwork:
         return [parameter for name in LAYERS for parameter in self.layers[name]]
 
     def code(self, conditions: torch.Tensor) -> torch.Tensor:
-        """What shape and pose (bodies, condition) add to the first layer of the fusion (bodies, width)."""
-        first = self._activated("body0", conditions)[0]
-        third = first + self._activated("body2", self._activated("body1", first)[0])[0]
+        """Returns the part of shape and pose (bodies, condition) in the first fusion layer (bodies, width)."""
+        first = self._apply_layer("body0", conditions)[0]
+        third = first + self._apply_layer("body2", self._apply_layer("body1", first)[0])[0]
         weight, bias = self.layers["fusion0"]
         return torch.nn.functional.linear(third, weight[:, len(weight) :], bias)
 
     def distances(self, features: torch.Tensor, codes: torch.Tensor) -> torch.Tensor:
-        """Signed distances [m] for features (points, inputs) and the code at each point (points, width)."""
+        """Returns signed distances [m] for features (points, inputs) and the code at each point (points, width)."""
         joined = self._backwards(features, codes)[0]
         return torch.nn.functional.linear(joined, *self.layers["fusion1"])[:, 0] + start(self.inputs, features)
 
     def with_gradients(
         self, features: torch.Tensor, jacobians: torch.Tensor, codes: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """The same, and gradients (points, 3), from the derivatives of the features by the point."""
+        """Returns signed distances [m] and gradients (points, 3), given the jacobians of the features."""
         joined, slope, slopes = self._backwards(features, codes)
         weight, bias = self.layers["fusion1"]
         distances = torch.nn.functional.linear(joined, weight, bias)[:, 0] + start(self.inputs, features)
@@ -99,24 +99,26 @@ class DistanceNetwork:
         return distances, gradients + start(self.inputs, jacobians.swapaxes(1, 2))
 
     def _backwards(self, features: torch.Tensor, codes: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, list]:
-        """The joined layer, its slopes, and those of the three layers of the point."""
-        p1, slope1 = self._activated("point0", features)
-        p2, slope2 = self._activated("point1", p1)
-        p3, slope3 = self._activated("point2", p2)
+        """Returns the joined layer, its slopes, and the slopes of the three layers of the point."""
+        p1, slope1 = self._apply_layer("point0", features)
+        p2, slope2 = self._apply_layer("point1", p1)
+        p3, slope3 = self._apply_layer("point2", p2)
         weight = self.layers["fusion0"][0]
         joined, slope = _softplus(torch.nn.functional.linear(p1 + p3, weight[:, : len(weight)]) + codes)
         return joined, slope, [slope1, slope2, slope3]
 
-    def _activated(self, name: str, values: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def _apply_layer(self, name: str, values: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         return _softplus(torch.nn.functional.linear(values, *self.layers[name]))
 
-    def rounded(self, body: tuple[str, str], beta_range: tuple[float, float], figures: Mapping[str, Any]) -> NeuralSdf:
-        """The network as it plays: weights rounded to 16 bits.
+    def to_neural_sdf(
+        self, body: tuple[str, str], beta_range: tuple[float, float], figures: Mapping[str, Any]
+    ) -> NeuralSdf:
+        """Returns the run-time network, with weights rounded to 16 bits.
 
         Args:
             body: Name and hash of the body.
             beta_range: Lowest and highest coefficient of the training.
-            figures: What the training reached.
+            figures: Results of the training.
 
         Raises:
             BadModel: A weight is too large for float16, or not finite: the training diverged.
@@ -129,33 +131,33 @@ class DistanceNetwork:
 
 
 def _make_sphere(network: DistanceNetwork, generator: torch.Generator, condition: int) -> None:
-    """Scale and shift the last layer so that distances grow by one a metre and vanish at `RADIUS`, on the mean.
+    """Scales and shifts the last layer so that, on average, distances grow by 1 m a metre and are 0 at `START_RADIUS`.
 
-    The theorem is of rectified layers without residuals; here both change the lengths that it counts on.
+    The theorem assumes rectified layers without residuals; softplus and residuals change the lengths it relies on.
     """
     directions = torch.randn((500, 3), generator=generator)
     directions /= directions.norm(dim=1, keepdim=True)
     codes = network.code(torch.zeros(1, condition)).expand(500, -1)
-    inner, outer = (float(network.distances(r * RADIUS * directions, codes).mean()) for r in (0.5, 1.5))
+    inner, outer = (float(network.distances(r * START_RADIUS * directions, codes).mean()) for r in (0.5, 1.5))
     weight, bias = network.layers["fusion1"]
-    scale = RADIUS / (outer - inner)
+    scale = START_RADIUS / (outer - inner)
     weight.mul_(scale)
     bias.sub_(scale * (inner + outer) / 2)
 
 
 class _Softplus(torch.autograd.Function):
-    """Softplus and its slope, whose derivatives both follow from the slope."""
+    """Softplus and its slope; the derivatives of both follow from the slope."""
 
     @staticmethod
     def forward(ctx, values):  # pyright: ignore[reportIncompatibleMethodOverride]
-        slopes = torch.sigmoid(SHARPNESS * values)
+        slopes = torch.sigmoid(SOFTPLUS_SHARPNESS * values)
         ctx.save_for_backward(slopes)
-        return torch.nn.functional.softplus(values, beta=SHARPNESS), slopes
+        return torch.nn.functional.softplus(values, beta=SOFTPLUS_SHARPNESS), slopes
 
     @staticmethod
     def backward(ctx, by_value, by_slope):  # pyright: ignore[reportIncompatibleMethodOverride]
         (slopes,) = ctx.saved_tensors
-        return by_value * slopes + by_slope * (SHARPNESS * slopes * (1 - slopes))
+        return by_value * slopes + by_slope * (SOFTPLUS_SHARPNESS * slopes * (1 - slopes))
 
 
 def _softplus(values: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -175,11 +177,11 @@ class _AtPoints(torch.autograd.Function):
 
 
 def distances_at(points: torch.Tensor, distance: Distance) -> torch.Tensor:
-    """Signed distances [m] of points (points, 3) as a tensor that can be differentiated by them, once: for losses.
+    """Returns signed distances of points [m] as a tensor that can be differentiated once by the points, for losses.
 
     Args:
-        points: In the world [m].
-        distance: Exact or neural, around one posed body; it runs on the processor.
+        points: Points in the world (points, 3) [m].
+        distance: An exact or neural distance around one posed body; it runs on the CPU.
     """
     return _AtPoints.apply(points, distance)  # pyright: ignore[reportReturnType]
 
@@ -193,7 +195,7 @@ def distance_loss(
     value_weight: float,
     eikonal_weight: float,
 ) -> torch.Tensor:
-    r"""Mean of $\lambda |\mathcal S - s| + |\nabla\mathcal S - n| + \mu_e (|\nabla\mathcal S| - 1)^2$ over points.
+    r"""Returns the mean of $\lambda |\mathcal S - s| + |\nabla\mathcal S - n| + \mu_e (|\nabla\mathcal S| - 1)^2$.
 
     Args:
         distances: $\mathcal S$ [m].

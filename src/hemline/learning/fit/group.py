@@ -1,4 +1,4 @@
-"""The processes that train one network together, as `torchrun` starts them; alone, a group of one."""
+"""The processes that train one network together, as `torchrun` starts them; a single process is a group of one."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -14,16 +14,16 @@ from hemline.errors import BadCluster
 
 @dataclass(frozen=True)
 class Group:
-    """This process among those that train together."""
+    """This process among the processes that train together."""
 
     rank: int = 0
-    """Its number; the first one writes and prints."""
+    """Number of this process; process 0 writes and prints."""
     count: int = 1
-    """Processes in all."""
+    """Number of processes."""
 
     @classmethod
-    def now(cls) -> "Group":
-        """That of torch's process group, whoever made it; without one, this process alone."""
+    def current(cls) -> "Group":
+        """Returns torch's process group if there is one, else a group of this process alone."""
         if dist.is_available() and dist.is_initialized():
             return cls(dist.get_rank(), dist.get_world_size())
         return cls()
@@ -33,21 +33,21 @@ class Group:
         """Whether this is the process that writes and prints."""
         return self.rank == 0
 
-    def share(self, count: int) -> slice:
-        """Which samples of a batch of so many are this process's: as even as they can be, in order."""
+    def own_slice(self, count: int) -> slice:
+        """Returns the part of `count` samples that belongs to this process; parts are as even as possible."""
         return slice(self.rank * count // self.count, (self.rank + 1) * count // self.count)
 
-    def summed(self, tensors: Sequence[torch.Tensor]) -> None:
-        """Replace tensors by their sums over all processes, in one message; the same bits in each process."""
+    def sum_in_place(self, tensors: Sequence[torch.Tensor]) -> None:
+        """Replaces tensors by their sums over all processes, in one message; all processes get the same bits."""
         if self.count == 1:
             return
         flat = torch.cat([each.reshape(-1) for each in tensors])
         dist.all_reduce(flat)
-        for each, summed in zip(tensors, flat.split([each.numel() for each in tensors]), strict=True):
-            each.copy_(summed.view_as(each))
+        for each, total in zip(tensors, flat.split([each.numel() for each in tensors]), strict=True):
+            each.copy_(total.view_as(each))
 
-    def from_first(self, content: bytes) -> bytes:
-        """What the first process has; what the others have is not looked at."""
+    def broadcast_from_first(self, content: bytes) -> bytes:
+        """Returns the content of the first process in every process."""
         if self.count == 1:
             return content
         length = torch.tensor([len(content)])
@@ -60,17 +60,20 @@ class Group:
 
 
 @contextmanager
-def joined() -> Iterator[Group]:
-    """The group that `torchrun` started this process in, by gloo, until the end of the block; else a group of one.
+def join_group() -> Iterator[Group]:
+    """Joins the group in which `torchrun` started this process, by gloo, for the block; else a group of one.
+
+    Yields:
+        The group.
 
     Raises:
         BadCluster: The other processes do not answer.
     """
     if int(os.environ.get("WORLD_SIZE", "1")) == 1:
-        yield Group.now()
+        yield Group.current()
         return
-    # its functions keep, as a default argument, the group that there is when it is first imported, which Adam does; the
-    # threads of a group that is kept outlive the interpreter and abort the process at its end
+    # functions of this module keep the group that exists at its first import as a default argument, and Adam imports
+    # it; the threads of a group that is kept outlive the interpreter and abort the process at its end
     import torch.distributed.nn  # noqa: F401
 
     try:
@@ -79,8 +82,8 @@ def joined() -> Iterator[Group]:
         what, cure = "the other processes of the training do not answer", "start all of them with 'torchrun'"
         raise BadCluster(what, str(reason).splitlines()[0], cure) from reason
     try:
-        yield Group.now()
-        # who leaves while another still talks takes it down
+        yield Group.current()
+        # a process that leaves while another still communicates would abort it
         dist.barrier()
     finally:
         dist.destroy_process_group()

@@ -1,4 +1,4 @@
-"""A rectified network that begins as a given linear map."""
+"""Initialises a rectified network as a given linear map."""
 
 import numpy as np
 
@@ -10,15 +10,15 @@ def as_network(
     offset: Float[np.ndarray, " outs"],
     layers: list[tuple[np.ndarray, np.ndarray]],
 ) -> None:
-    r"""Write a linear map into the layers of a rectified network, which then computes it exactly.
+    r"""Writes a linear map into the layers of a rectified network, which then computes it exactly.
 
     With $A = U S V^T$, pairs of neurons carry $\pm\sqrt{S_k} v_k \cdot x$ through both hidden layers, since
-    $\mathrm{relu}(z) - \mathrm{relu}(-z) = z$. What neurons are left keep their weights, but no output at first. Of a
-    map of higher rank than half the neurons the largest part is taken.
+    $\mathrm{relu}(z) - \mathrm{relu}(-z) = z$. The remaining neurons keep their weights, but have no output at first.
+    If the rank of the map exceeds half the number of neurons, its largest singular values are used.
 
     Args:
         matrix: $A$.
-        offset: Added to the outputs.
+        offset: Offset of the outputs.
         layers: Weights (outs, ins) and biases of three layers; changed in place.
     """
     left, sizes, right = np.linalg.svd(matrix, full_matrices=False)

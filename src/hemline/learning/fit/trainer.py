@@ -1,4 +1,4 @@
-"""The one loop that trains networks: seeded, resumed to the same bits after a kill, the best epoch kept."""
+"""The training loop of all networks: seeded, resumable to the same bits, with the best epoch kept."""
 
 import json
 import math
@@ -22,102 +22,102 @@ from .group import Group
 
 @runtime_checkable
 class Objective(Protocol):
-    """What is trained, and on what."""
+    """The subject of a training: parameters, samples and a loss."""
 
     @property
     def name(self) -> str:
-        """What an error calls it."""
+        """Name of the network in error messages."""
         ...
 
     @property
     def parameters(self) -> Sequence[torch.Tensor]:
-        """The tensors that are changed in place."""
+        """Tensors that the training changes in place."""
         ...
 
     @property
     def samples(self) -> np.ndarray:
-        """Numbers of the samples of the training set."""
+        """Numbers of the training samples."""
         ...
 
     def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
-        """The mean over the samples `chosen[mine]` of a batch, never none.
+        """Returns the mean loss of the samples `chosen[mine]` of a batch, at least one.
 
-        All that is drawn by chance is drawn from `random`, for the whole of `chosen`: so a batch is the same on however
-        many processes.
+        All random numbers come from `random`, for the whole of `chosen`, so that a batch is the same on any number of
+        processes.
         """
         ...
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
-        """The loss that says which epoch is best; `random` is the same in every call."""
+        """Returns the loss by which epochs are compared; `random` is the same in every call."""
         ...
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """How long and how fast a training goes."""
+    """Length and learning rates of a training."""
 
     epochs: int
     """Passes over the training set."""
     batch: int
     """Samples a step of the optimiser."""
     rate: float
-    """First learning rate of Adam; a cosine takes it to zero."""
+    """First learning rate of Adam, which falls to zero along a cosine."""
     seed: int
-    """Seed of the order of samples and of all that an objective draws."""
+    """Seed of the order of samples and of all random numbers of an objective."""
     threads: int
-    """Threads of torch; other numbers may give other bits."""
+    """Threads of torch; another number may give other bits."""
     warm_up: int = 0
-    """Steps of the optimiser over which the learning rate rises to what the cosine says."""
+    """Steps of the optimiser over which the learning rate rises to the cosine."""
     clip: float = math.inf
-    """Longest gradient; a longer one is shortened to it."""
+    """Largest norm of the gradient; a longer gradient is shortened to it."""
     patience: int = 0
-    """It ends once the validation loss has not fallen by `gain` in so many epochs; 0: never before its end."""
+    """The training ends early if the validation loss has not fallen by `gain` in this many epochs; 0: never."""
     gain: float = 0.02
-    """What counts as falling, as a share."""
+    """Least relative fall of the validation loss that counts."""
 
 
-class _Damaged(BadModel):
-    """A checkpoint that was read and is not whole."""
+class _DamagedCheckpoint(BadModel):
+    """A checkpoint that was read and is incomplete or damaged."""
 
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Where a training is kept, so that a killed one goes on."""
+    """The file from which an interrupted training resumes."""
 
     path: Path
     """The file, written whole or not at all."""
     mark: str
-    """Hash of all that the training depends on; a file with another one is not used."""
+    """Hash of everything the training depends on; a file with another hash is ignored."""
     epochs: int
-    """It is written every so many epochs, and after the last."""
+    """Epochs between two checkpoints; another is written after the last epoch."""
     seconds: float = 0.0
-    """But no sooner than so long after it was written before [s]; which bits come out does not depend on it."""
+    """Least time between two checkpoints [s]; it does not affect the result."""
 
 
 class Trainer:
     r"""Adam over shuffled batches, with the learning rate $\eta_0 (1 + \cos(\pi e / E)) / 2$ in epoch $e$ of $E$.
 
-    `losses` holds the validation loss at the start and after each epoch, `trained` the mean loss of the batches of
-    each.
+    `losses` holds the validation loss at the start and after each epoch, `batch_losses` the mean loss over the batches
+    of each epoch.
 
-    Each epoch draws from a generator of its own, seeded by the seed and the epoch: a training that is resumed from any
-    checkpoint comes to the same bits as one that was never killed.
+    Each epoch has its own random generator, seeded by the seed and the epoch, so that a training resumed from any
+    checkpoint gives the same bits as one that was never interrupted.
 
-    In a process group (`group`) each process takes its share of each batch; their gradients, weighted by the sizes of
-    the shares, are summed, which is the gradient of the batch up to rounding:
+    In a process group (`group`) each process takes its part of each batch; the gradients, weighted by the sizes of the
+    parts, are summed, which is the gradient of the batch up to rounding:
     $\nabla \frac{1}{n} \sum_{i \le n} l_i = \sum_p \frac{n_p}{n} \nabla \frac{1}{n_p} \sum_{i \in p} l_i$. The
-    first process validates and keeps checkpoints, which any number of processes goes on from.
+    first process validates and writes checkpoints, from which any number of processes can resume.
 
     Source: Kingma, Ba, "Adam", 2015; Loshchilov, Hutter, "SGDR", 2017, Eq. 5 (the cosine, without restarts).
     """
 
     def __init__(self, objective: Objective, schedule: Schedule):
-        """Get ready.
+        """Prepares a training.
 
         Raises:
             BadCluster: There are more processes than samples in a batch.
         """
-        self.group = Group.now()
+        self.group = Group.current()
         if self.group.count > schedule.batch:
             what = f"the training of the {objective.name} has {schedule.batch} samples in a batch, one process each"
             raise BadCluster(what, f"{self.group.count} processes", "start fewer, or raise the batch")
@@ -129,30 +129,30 @@ class Trainer:
         self.best_loss = math.inf
         self.done = 0
         self.losses: list[float] = []
-        self.trained: list[float] = []
+        self.batch_losses: list[float] = []
         self._kept_at = time.monotonic()
 
     def run(self, *, checkpoint: Checkpoint | None = None, progress: Callable[[int, int], None]) -> None:
-        """Train to the end; the objective's parameters are then those of the best epoch, or of the start.
+        """Trains to the end; the parameters are then those of the best epoch, or of the start.
 
         Args:
-            checkpoint: Where the training is kept; None: nowhere.
-            progress: Called with the epochs done and in all; what it raises stops the training.
+            checkpoint: The file to resume from and write to; None: no file.
+            progress: Called with the epochs done and in all; an exception in it stops the training.
 
         Raises:
             BadModel: The loss is no longer finite, or the checkpoint cannot be read.
         """
         if not self.group.first:
             checkpoint = None
-        if not (checkpoint and self._restored(checkpoint)):
+        if not (checkpoint and self._restore(checkpoint)):
             self._remember_best()
         self._agree()
-        while not self.ended:
+        while not self.is_finished:
             self._run_epoch()
             self.done += 1
             self._remember_best()
             self._agree()
-            if checkpoint and (self.ended or self._is_due(checkpoint)):
+            if checkpoint and (self.is_finished or self._is_due(checkpoint)):
                 self._keep(checkpoint)
             progress(self.done, self.schedule.epochs)
         with torch.no_grad():
@@ -160,7 +160,7 @@ class Trainer:
                 parameter.copy_(best)
 
     @property
-    def ended(self) -> bool:
+    def is_finished(self) -> bool:
         """Whether all epochs are done, or the validation loss has stopped falling."""
         schedule, losses = self.schedule, self.losses
         if self.done >= schedule.epochs:
@@ -187,14 +187,14 @@ class Trainer:
                 torch.nn.utils.clip_grad_norm_(self.parameters, schedule.clip)
             self.adam.step()
             total += loss
-        self.trained.append(total / -(-len(order) // schedule.batch))
+        self.batch_losses.append(total / -(-len(order) // schedule.batch))
         if not math.isfinite(loss):
             what = f"the training of the {self.objective.name} diverged"
             raise BadModel(what, "a loss that is not finite", "lower its learning rate")
 
     def _step_down(self, chosen: np.ndarray, random: np.random.Generator) -> float:
-        """Gradients of a batch, of all processes together; its loss."""
-        mine, group = self.group.share(len(chosen)), self.group
+        """Computes the gradients of a batch over all processes; returns its loss."""
+        mine, group = self.group.own_slice(len(chosen)), self.group
         self.adam.zero_grad()
         total = torch.zeros(())
         if mine.start < mine.stop:
@@ -205,17 +205,20 @@ class Trainer:
         if group.count > 1:
             for parameter in self.parameters:
                 parameter.grad = torch.zeros_like(parameter) if parameter.grad is None else parameter.grad
-            group.summed([total, *(p.grad for p in self.parameters if p.grad is not None)])
+            group.sum_in_place([total, *(p.grad for p in self.parameters if p.grad is not None)])
         return float(total)
 
     def _agree(self) -> None:
-        """All processes go on from the state of the first: machines may round differently."""
+        """Copies the state of the first process to all others, since machines may round differently."""
         if self.group.count == 1:
             return
         from safetensors.numpy import load
 
         arrays, metadata = self._state()
-        sent = self.group.from_first(tensor_bytes(arrays, {})), self.group.from_first(json.dumps(metadata).encode())
+        sent = (
+            self.group.broadcast_from_first(tensor_bytes(arrays, {})),
+            self.group.broadcast_from_first(json.dumps(metadata).encode()),
+        )
         if not self.group.first:
             self._take(load(sent[0]), json.loads(sent[1]))
 
@@ -234,21 +237,20 @@ class Trainer:
         write_tensors(checkpoint.path, arrays, metadata | {"mark": checkpoint.mark})
         self._kept_at = time.monotonic()
 
-    def _restored(self, checkpoint: Checkpoint) -> bool:
-        """Go on from a checkpoint of the same training; whether there was one.
+    def _restore(self, checkpoint: Checkpoint) -> bool:
+        """Resumes from a checkpoint of the same training; returns whether there was one.
 
-        One that is damaged is put aside, with a warning, and the training begins anew: all that it could still tell is
-        lost already.
+        A damaged checkpoint is renamed, with a warning, and the training starts again.
         """
         path = checkpoint.path
         if not os.path.lexists(path):
             return False
         try:
-            arrays, metadata = read_tensors(path, "training", error=BadModel, damaged=_Damaged)
+            arrays, metadata = read_tensors(path, "training", error=BadModel, damaged=_DamagedCheckpoint)
             if metadata.get("mark") != checkpoint.mark:
                 return False
             self._check(arrays, metadata)
-        except _Damaged as reason:
+        except _DamagedCheckpoint as reason:
             self._put_aside(path, reason)
             return False
         except BadModel as reason:
@@ -268,14 +270,14 @@ class Trainer:
         warnings.warn(HemlineWarning(f"the checkpoint {path} is damaged", reason.got, cure), stacklevel=2)
 
     def _check(self, arrays: dict[str, np.ndarray], metadata: dict[str, Any]) -> None:
-        """Refuse a checkpoint that does not hold what `_state` writes for these parameters."""
+        """Raises if a checkpoint does not hold what `_state` writes for these parameters."""
         steps, best, done = (metadata.get(name) for name in ("steps", "best", "done"))
         numbers = type(steps) in (int, float) and (best is None or type(best) in (int, float))
         if not isinstance(done, int) or done < 0 or not numbers:
-            raise _Damaged("the checkpoint", "numbers that no training has", "begin anew")
+            raise _DamagedCheckpoint("the checkpoint", "numbers that no training has", "begin anew")
 
         def of(name: str, dtype: str, shape: tuple[int, ...]) -> None:
-            array_of(arrays, name, dtype, shape, owner="the checkpoint", error=_Damaged)
+            array_of(arrays, name, dtype, shape, owner="the checkpoint", error=_DamagedCheckpoint)
 
         for i, parameter in enumerate(self.parameters):
             moments = f"first{i}" in arrays or f"second{i}" in arrays
@@ -287,7 +289,7 @@ class Trainer:
                 of(name, "float64", (count,))
 
     def _state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """All that the next epoch depends on."""
+        """Returns everything that the next epoch depends on."""
         arrays = {f"parameter{i}": p.detach().cpu().numpy() for i, p in enumerate(self.parameters)}
         arrays |= {f"best{i}": p.cpu().numpy() for i, p in enumerate(self.best)}
         steps = 0.0
@@ -297,11 +299,11 @@ class Trainer:
                 arrays |= {f"first{i}": first, f"second{i}": second}
                 steps = float(moments["step"])
         best = self.best_loss if math.isfinite(self.best_loss) else None
-        arrays |= {"losses": np.array(self.losses), "trained": np.array(self.trained)}
+        arrays |= {"losses": np.array(self.losses), "trained": np.array(self.batch_losses)}
         return arrays, {"kind": "training", "done": self.done, "steps": steps, "best": best}
 
     def _take(self, arrays: dict[str, np.ndarray], metadata: dict[str, Any]) -> None:
-        """Go on from a state."""
+        """Continues from a state."""
 
         def tensor(name: str, like: torch.Tensor) -> torch.Tensor:
             return torch.from_numpy(arrays[name]).reshape(like.shape).to(like.device)
@@ -317,5 +319,7 @@ class Trainer:
                     }
         self.best = [tensor(f"best{i}", parameter) for i, parameter in enumerate(self.parameters)]
         self.best_loss = math.inf if metadata["best"] is None else metadata["best"]
-        self.losses, self.trained = (arrays[name].tolist() if name in arrays else [] for name in ("losses", "trained"))
+        self.losses, self.batch_losses = (
+            arrays[name].tolist() if name in arrays else [] for name in ("losses", "trained")
+        )
         self.done = int(metadata["done"])

@@ -1,4 +1,4 @@
-"""Compiled: vertices of a triangle mesh drawn onto a neighbour one by one, the cheapest first."""
+"""Compiled: vertices of a triangle mesh are collapsed onto a neighbour one by one, the cheapest first."""
 
 import heapq
 import math
@@ -7,16 +7,16 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-from .fan_kernels import MOST, corner_of, lay_fan
+from .fan_kernels import MAX_FACES, corner_of, flatten_fan
 
 THINNEST = 0.15
-"""A new triangle must have this share of the area of the equilateral one on its longest edge."""
+"""Least area of a new triangle, as a fraction of the equilateral one on its longest edge."""
 _EQUILATERAL = math.sqrt(3.0) / 2
 
 
 @kernel
-def _shared(mesh, fan, size, target):
-    """How many vertices of the ring are neighbours of a target."""
+def _common_neighbours(mesh, fan, size, target):
+    """Counts the vertices of the ring that are neighbours of a target."""
     found = 0
     for i in range(size):
         vertex, near = fan.ring[i], False
@@ -32,7 +32,7 @@ def _shared(mesh, fan, size, target):
 
 @kernel
 def _stays(fan, count, target):
-    """Whether no triangle turns over or becomes thin when the vertex of a fan goes to a target."""
+    """Tells whether no triangle flips or becomes thin when the vertex of a fan collapses onto a target."""
     goal = fan.ring[target]
     for i in range(count):
         if fan.ring[i] == goal or fan.ring[i + 1] == goal:
@@ -46,15 +46,15 @@ def _stays(fan, count, target):
 
 
 @kernel
-def _allowed(mesh, vertex, fan, count, target):
-    """Whether a vertex may go to a target: the mesh stays a mesh, rims and bound vertices stay where they are."""
+def _may_collapse(mesh, vertex, fan, count, target):
+    """Tells whether a collapse keeps the mesh manifold, and rims and bound vertices in place."""
     goal, closed = fan.ring[target], fan.closed[0]
-    if mesh.bound[vertex] & ~mesh.bound[goal] or mesh.counts[goal] + count - 2 > MOST:
+    if mesh.bound[vertex] & ~mesh.bound[goal] or mesh.counts[goal] + count - 2 > MAX_FACES:
         return False
     if not closed and 0 < target < count:
         return False
     size = count if closed else count + 1
-    if _shared(mesh, fan, size, goal) != (2 if closed else 1):
+    if _common_neighbours(mesh, fan, size, goal) != (2 if closed else 1):
         return False
     for step in (-1, 1):
         beside = target + step
@@ -69,19 +69,23 @@ def _allowed(mesh, vertex, fan, count, target):
 
 @kernel
 def best_collapse(mesh, vertex, evenness, fan):
-    """The neighbour onto which a vertex goes at least cost: squared distance to the planes of what it has taken in,
-    weighted by area, plus `evenness` times the fourth power of the longest new edge.
+    """Finds the neighbour onto which a vertex collapses at the least cost.
 
-    Source: Garland, Heckbert, "Surface simplification using quadric error metrics", 1997. Differs: vertices go onto
-        neighbours only; evenness.
+    The cost is the squared distance to the planes of all vertices that it has absorbed, weighted by area, plus
+    `evenness` times the fourth power of the longest new edge.
 
-    in: mesh, vertex, evenness; out: fan. Returns cost [m^4], infinite where none is allowed, and its place in the ring.
+    Source: Garland, Heckbert, "Surface simplification using quadric error metrics", 1997. Differs: vertices collapse
+        onto neighbours only; evenness.
+
+    Reads: mesh; vertex; evenness.
+    Writes: fan.
+    Returns: the cost [m^4], infinite if no collapse is allowed, and the neighbour's place in the ring.
     """
-    count = lay_fan(mesh, vertex, fan)
+    count = flatten_fan(mesh, vertex, fan)
     best, place = np.inf, 0
     quadric = mesh.quadrics[vertex]
     for target in range(count if count == 0 or fan.closed[0] else count + 1):
-        if not _allowed(mesh, vertex, fan, count, target):
+        if not _may_collapse(mesh, vertex, fan, count, target):
             continue
         x, y, z = mesh.positions[fan.ring[target]]
         bent = quadric[0] * x * x + quadric[3] * y * y + quadric[5] * z * z + quadric[9]
@@ -108,7 +112,7 @@ def _drop(mesh, vertex, face):
 
 @kernel
 def _collapse(mesh, vertex, fan, count, target):
-    """Let a vertex go to a target: two faces go, or one at a rim; new edges are as long as in the flat."""
+    """Collapses a vertex onto a target: two faces vanish, or one at a rim; new edges get their flat lengths."""
     goal = fan.ring[target]
     known, known_length = np.full(2, -1), np.empty(2)
     for i in range(count):
@@ -139,18 +143,20 @@ def _collapse(mesh, vertex, fan, count, target):
 
 @kernel
 def collapse(mesh, evenness, remaining, fan, kept):
-    """Let vertices go until so many remain, or none may go any more.
+    """Collapses vertices until `remaining` are left, or no collapse is allowed.
 
-    A vertex is judged again when its fan has changed, and once more when its turn comes.
+    The cost of a vertex is computed again when its fan has changed, and once more when its turn comes.
 
-    in: evenness, remaining; in and out: mesh, kept bool (verts,); work: fan. Returns how many remain.
+    Reads: evenness; remaining.
+    Writes: mesh; fan, as work space; kept (verts,): whether each vertex is left.
+    Returns: how many vertices are left.
     """
     stamps, heap = np.zeros(len(kept), np.int64), [(0.0, np.int64(0), np.int64(-1))]
     for vertex in range(len(kept)):
         cost, _ = best_collapse(mesh, vertex, evenness, fan)
         if cost < np.inf:
             heapq.heappush(heap, (cost, np.int64(vertex), np.int64(0)))
-    left, ring = kept.sum(), np.empty(MOST + 1, np.int64)
+    left, ring = kept.sum(), np.empty(MAX_FACES + 1, np.int64)
     while left > remaining and len(heap) > 0:
         before, vertex, stamp = heapq.heappop(heap)
         if stamp != stamps[vertex]:

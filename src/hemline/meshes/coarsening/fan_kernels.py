@@ -1,4 +1,4 @@
-"""Compiled: the triangles around a vertex, in order and laid flat."""
+"""Compiled: the triangles around a vertex are put in order and laid flat."""
 
 import math
 from typing import Any, NamedTuple
@@ -7,8 +7,8 @@ import numpy as np
 
 from hemline.compiled import kernel
 
-MOST = 24
-"""Faces around a vertex, at most; one with more is left alone."""
+MAX_FACES = 24
+"""Largest number of faces around a vertex; a vertex with more is never removed."""
 
 
 class Mesh(NamedTuple):
@@ -23,31 +23,32 @@ class Mesh(NamedTuple):
     quadrics: Any
     """float64 (verts, 10): squared distances to the planes that met there, weighted by area [m^4]."""
     bound: Any
-    """int64 (verts,): bits of what a vertex belongs to; it moves only onto one that belongs to all of that."""
+    """int64 (verts,): bits of the sets that a vertex belongs to; it collapses only onto one that belongs to all of
+    them."""
     rim: Any
-    """bool (verts,)."""
+    """bool (verts,): whether the vertex is on a rim."""
     around: Any
-    """int64 (verts, MOST): faces around each vertex."""
+    """int64 (verts, MAX_FACES): faces around each vertex."""
     counts: Any
-    """int64 (verts,): how many; above MOST it is left alone."""
+    """int64 (verts,): number of faces around each vertex."""
 
 
 class Fan(NamedTuple):
     """The triangles around one vertex, counter-clockwise, laid flat with it at the origin."""
 
     faces: Any
-    """int64 (MOST,)."""
+    """int64 (MAX_FACES,): faces in order."""
     ring: Any
-    """int64 (MOST + 1,): the other vertices; on a rim one more than faces."""
+    """int64 (MAX_FACES + 1,): the other vertices; on a rim one more than faces."""
     flat: Any
-    """float64 (MOST + 1, 2): where they lie [m]."""
+    """float64 (MAX_FACES + 1, 2): where they lie [m]."""
     closed: Any
-    """bool (1,)."""
+    """bool (1,): whether the fan is a full turn."""
 
 
 @kernel
 def corner_of(faces, face, vertex):
-    """At which corner of a face a vertex is. in: faces (faces,3), face, vertex."""
+    """Returns the corner of a face at which a vertex is. Reads: faces (faces, 3); face; vertex."""
     corner = 0
     while faces[face, corner] != vertex:
         corner += 1
@@ -56,7 +57,7 @@ def corner_of(faces, face, vertex):
 
 @kernel
 def _begins(mesh, vertex, count):
-    """Number of the first face of a fan, -1 for a vertex with several fans."""
+    """Returns the number of the first face of a fan, or -1 for a vertex with several fans."""
     first, starts = 0, 0
     for i in range(count):
         face = mesh.around[vertex, i]
@@ -74,13 +75,15 @@ def _begins(mesh, vertex, count):
 
 
 @kernel
-def lay_fan(mesh, vertex, fan):
-    """Lay the triangles around a vertex flat by their edges; angles around an inner one are scaled to a whole turn.
+def flatten_fan(mesh, vertex, fan):
+    """Lays the triangles around a vertex flat by their edges; angles around an inner vertex are scaled to a full turn.
 
-    in: mesh, vertex; out: fan. Returns the number of faces, 0 where they are no fan.
+    Reads: mesh; vertex.
+    Writes: fan.
+    Returns: the number of faces, 0 if they are no fan.
     """
     count = mesh.counts[vertex]
-    if count == 0 or count > MOST:
+    if count == 0 or count > MAX_FACES:
         return 0
     place = _begins(mesh, vertex, count)
     if place < 0:

@@ -18,23 +18,24 @@ def geodesic_distances(
     *,
     rest_edges: Float[np.ndarray, "faces 2 2"] | None = None,
 ) -> Float[np.ndarray, " verts"]:
-    """Shortest way along the surface from the nearest source, for each vertex.
+    """Returns the length of the shortest path along the surface from the nearest source to each vertex.
 
-    Shortest paths along edges, then fronts carried over triangles until nothing changes: straight fronts where the
-    two known corners were reached from different sources, circular ones where from the same. So neighbouring sources
+    It finds shortest paths along edges, then carries fronts over triangles until nothing changes: straight fronts if
+    the two known corners were reached from different sources, circular ones if from the same. So neighbouring sources
     count as a line: a rim is the curve, not its vertices.
 
     Args:
         vertices: Positions [m].
         faces: Triangles.
         sources: Vertex ids at distance 0.
-        rest_edges: The flat rest triangles; where given, ways are measured on the pattern instead of on `vertices` [m].
+        rest_edges: The flat rest triangles; where given, paths are measured on the pattern instead of on `vertices`
+            [m].
 
     Returns:
-        Distances [m], float64; infinite where no way leads.
+        Distances [m], float64; infinite where no path leads.
 
     Raises:
-        BadMesh: No sources, or one that does not exist.
+        BadMesh: There are no sources, or one does not exist.
 
     Source: Kimmel, Sethian, "Computing geodesic paths on manifolds", 1998 (straight fronts); Novotni, Klein,
         "Computing geodesic distances on triangular meshes", 2002 (circular fronts).
@@ -59,7 +60,7 @@ def geodesic_distances(
 
 
 def opposite_lengths(vertices: np.ndarray, faces: np.ndarray, rest_edges: np.ndarray | None) -> np.ndarray:
-    """Length of the edge opposite to each corner (faces, 3)."""
+    """Returns the length of the edge opposite to each corner (faces, 3) [m]."""
     if rest_edges is None:
         corner = np.asarray(vertices, np.float64)[faces]
         one, two = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
@@ -80,6 +81,7 @@ def _along_edges(faces: np.ndarray, lengths: np.ndarray, sources: np.ndarray, co
 
 
 def faces_around(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Returns where the faces around each vertex begin, and the faces, one vertex after the other."""
     corner = faces.reshape(-1)
     start = np.concatenate([[0], np.cumsum(np.bincount(corner, minlength=count))])
     return start.astype(np.int32), (np.argsort(corner, kind="stable") // 3).astype(np.int32)

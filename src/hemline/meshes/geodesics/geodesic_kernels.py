@@ -1,4 +1,4 @@
-"""Compiled: distances over a triangle mesh, from triangle to triangle."""
+"""Compiled: distances over a triangle mesh are carried from triangle to triangle."""
 
 import numpy as np
 
@@ -7,12 +7,15 @@ from hemline.compiled import kernel
 
 @kernel
 def front_distance(first, second, same_source, edge, to_first, to_second):
-    """Distance at the third corner of a triangle, from the distances at its two other corners.
+    """Computes the distance at the third corner of a triangle from the distances at its two other corners.
 
-    # in: distances at the two corners; whether both come from one source; length of the edge between them; lengths
-    #     from the third corner to each
-    # The triangle is laid flat: corners at (0,0) and (edge,0), the third above. One source: it is a point below the
-    # edge; several: the front is straight. Where the way would leave the triangle, it runs along an edge.
+    The triangle is laid flat, with corners at (0, 0) and (edge, 0) and the third above. If both distances come from one
+    source, it is a point below the edge; otherwise the front is straight. Where the path would leave the triangle, it
+    runs along an edge.
+
+    Reads: first, second: distances at the two corners [m]; same_source; edge: length between them; to_first, to_second:
+        lengths from the third corner to each [m].
+    Returns: the distance [m].
     """
     along = min(first + to_first, second + to_second)
     if edge <= 0.0:
@@ -44,10 +47,12 @@ def front_distance(first, second, same_source, edge, to_first, to_second):
 
 @kernel
 def sweep_fronts(faces, lengths, order, face_start, face_list, source, distance):
-    """One pass over the vertices in `order`; returns the largest change. Distances only fall.
+    """Updates the distances of the vertices in `order` once; distances only fall.
 
-    # in: lengths (faces,3): edge opposite to each corner; faces around each vertex as a list of lists
-    # out: distance, source (verts,) in place; a negative source is a straight front's
+    Reads: faces (faces, 3); lengths (faces, 3): edge opposite to each corner [m]; order; face_start, face_list: faces
+        around each vertex.
+    Writes: distance (verts,) [m]; source (verts,), negative for a straight front.
+    Returns: the largest change [m].
     """
     largest = 0.0
     for vertex in order:
@@ -67,7 +72,7 @@ def sweep_fronts(faces, lengths, order, face_start, face_list, source, distance)
                 distance[vertex] = found
                 by_edge = found == distance[one] + to_one
                 origin = source[one] if same or by_edge else source[two]
-                # what a straight front has reached has no source of its own: no circle may start from two such
+                # a vertex reached by a straight front has no source of its own: no circle may start from two such
                 straight = not same and found < min(distance[one] + to_one, distance[two] + to_two)
                 source[vertex] = -2 - vertex if straight or origin < 0 else origin
     return largest

@@ -1,4 +1,4 @@
-"""Points spread evenly over a surface, and which of them are nearest to each vertex along it."""
+"""Samples points evenly over a surface, and finds those nearest to each vertex along it."""
 
 from dataclasses import dataclass
 
@@ -8,30 +8,31 @@ from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.errors import BadMesh
 
 from .geodesic_distances import faces_around, opposite_lengths
-from .marching_kernels import list_nearest, spread_points
+from .marching_kernels import list_nearest, sample_points
 
 
 @dataclass(frozen=True)
-class SurfaceWays:
-    """A mesh made ready for ways along its surface."""
+class GeodesicMesh:
+    """A mesh prepared for geodesic queries along its surface."""
 
     faces: Faces
     lengths: Float[np.ndarray, "faces 3"]
     """Length of the edge opposite to each corner [m]."""
     face_start: Int[np.ndarray, " verts_and_one"]
+    """Where the faces around each vertex begin in `face_list`."""
     face_list: Int[np.ndarray, " corners"]
     """Faces around each vertex."""
 
     @classmethod
     def of(
         cls, vertices: Vertices, faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"] | None = None
-    ) -> "SurfaceWays":
-        """Make a mesh ready.
+    ) -> "GeodesicMesh":
+        """Prepares a mesh.
 
         Args:
             vertices: Positions [m].
             faces: Triangles.
-            rest_edges: The flat rest triangles; where given, ways are measured on the pattern [m].
+            rest_edges: The flat rest triangles; where given, paths are measured on the pattern [m].
         """
         lengths = np.ascontiguousarray(opposite_lengths(vertices, faces, rest_edges), np.float64)
         start, around = faces_around(faces, len(vertices))
@@ -42,21 +43,21 @@ class SurfaceWays:
         """Number of vertices."""
         return len(self.face_start) - 1
 
-    def spread(self, count: int, first: Int[np.ndarray, " first"] | None = None) -> Int[np.ndarray, " points"]:
-        """Farthest-point sampling along the surface.
+    def sample(self, count: int, first: Int[np.ndarray, " first"] | None = None) -> Int[np.ndarray, " points"]:
+        """Samples points along the surface by farthest-point sampling.
 
-        Each next point is the vertex that is farthest from all before it. Any number of first points of the sequence is
-        spread evenly.
+        Each next point is the vertex that is farthest from all before it, so that any number of first points of the
+        sequence is spread evenly.
 
         Args:
-            count: How many, those given included.
+            count: Number of points, those given included.
             first: Vertices that are points already.
 
         Returns:
             Vertex ids, those given first, int64.
 
         Raises:
-            BadMesh: More points than vertices.
+            BadMesh: `count` exceeds the number of vertices.
 
         Source: Eldar, Lindenbaum, Porat, Zeevi, "The farthest point strategy for progressive image sampling", 1997;
             distances by fast marching: Kimmel, Sethian, "Computing geodesic paths on manifolds", 1998.
@@ -66,18 +67,18 @@ class SurfaceWays:
         given = np.zeros(0, np.int64) if first is None else np.asarray(first, np.int64)
         points = np.zeros(max(count, len(given)), np.int64)
         points[: len(given)] = given
-        spread_points(self.faces, self.lengths, self.face_start, self.face_list, len(given), points)
+        sample_points(self.faces, self.lengths, self.face_start, self.face_list, len(given), points)
         return points
 
     def nearest(
         self, points: Int[np.ndarray, " points"], count: int, reach: float
     ) -> tuple[Int[np.ndarray, "verts near"], Float[np.ndarray, "verts near"]]:
-        """The nearest few points of each vertex along the surface.
+        """Finds the nearest few points of each vertex along the surface.
 
         Args:
             points: Vertex ids.
-            count: How many for each vertex.
-            reach: Points farther than this are not looked for [m].
+            count: Number of points for each vertex.
+            reach: Search radius [m].
 
         Returns:
             Numbers of points (int64, -1 for none) and distances [m] (infinite for none), ascending.

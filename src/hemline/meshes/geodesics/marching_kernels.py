@@ -1,4 +1,4 @@
-"""Compiled: distances over a triangle mesh around single vertices, and points spread evenly by them."""
+"""Compiled: fast marching over a triangle mesh from single vertices, and farthest-point sampling by it."""
 
 import heapq
 
@@ -11,13 +11,15 @@ from .geodesic_kernels import front_distance
 
 @kernel
 def march(faces, lengths, face_start, face_list, start, radius, distance, reached_out):
-    """Distances from one vertex by fast marching with circular fronts, as far as `radius`.
+    """Computes distances from one vertex up to `radius`, by fast marching with circular fronts.
 
-    A vertex that is settled, the nearest first, brings its edges' ends and the far corners of its triangles nearer.
+    Each vertex that is settled, the nearest first, updates the ends of its edges and the far corners of its triangles.
 
-    in: lengths (faces,3): edge opposite to each corner [m]; faces around each vertex as a list of lists; radius [m];
-    in and out: distance (verts,), infinite before; out: reached_out (verts,): vertices whose distance was written,
-    those beyond the radius, too. Returns how many.
+    Reads: faces (faces, 3); lengths (faces, 3): edge opposite to each corner [m]; face_start, face_list: faces around
+        each vertex; start: the vertex; radius [m].
+    Writes: distance (verts,) [m], infinite before; reached_out (verts,): vertices whose distance was written, among
+        them some beyond the radius.
+    Returns: how many vertices were reached.
     """
     heap = [(0.0, np.int64(start))]
     distance[start] = 0.0
@@ -53,11 +55,13 @@ def march(faces, lengths, face_start, face_list, start, radius, distance, reache
 
 
 @kernel
-def spread_points(faces, lengths, face_start, face_list, first, points_out):
-    """Farthest-point sampling: each next point is the vertex farthest from all before it.
+def sample_points(faces, lengths, face_start, face_list, first, points_out):
+    """Samples vertices: each next point is the vertex farthest from all before it.
 
-    in: as for `march`; first: vertices that are points already, in `points_out` from the start; out: points_out
-    (points,), vertex ids. Parts of the mesh that no point reaches yet count as farthest.
+    Parts of the mesh that no point reaches yet count as farthest.
+
+    Reads: faces, lengths, face_start, face_list: see `march`; first: number of points that are given in points_out.
+    Writes: points_out (points,): vertex ids.
     """
     count = len(face_start) - 1
     nearest, distance = np.full(count, np.inf), np.full(count, np.inf)
@@ -75,10 +79,10 @@ def spread_points(faces, lengths, face_start, face_list, first, points_out):
 
 @kernel
 def list_nearest(faces, lengths, face_start, face_list, points, radius, nearest_out, distances_out):
-    """The nearest few of some points for each vertex, ascending; -1 and infinite where there are fewer within reach.
+    """Finds the nearest few points for each vertex, ascending.
 
-    in: as for `march`; points (points,): vertex ids; radius: reach [m]; out: nearest_out (verts,k): numbers of points,
-    distances_out (verts,k) [m].
+    Reads: faces, lengths, face_start, face_list: see `march`; points (points,): vertex ids; radius [m].
+    Writes: nearest_out (verts, k): numbers of points, -1 for none; distances_out (verts, k) [m], infinite for none.
     """
     count, most = nearest_out.shape
     distance, reached = np.full(count, np.inf), np.empty(count, np.int64)

@@ -1,4 +1,4 @@
-"""Whether cloth can be made of a triangle mesh."""
+"""Checks whether cloth can be made of a triangle mesh."""
 
 import numpy as np
 
@@ -10,22 +10,22 @@ from hemline.meshes.normals import face_areas
 
 
 def check_mesh(vertices: Vertices, faces: Faces, *, name: str = "the mesh") -> tuple[str, ...]:
-    """Refuse what no cloth can be made of; say what is odd.
+    """Raises if no cloth can be made of a mesh, and returns notes on what is unusual.
 
-    Refused: NaN, no faces, a face that points past the last vertex, degenerate triangles, edges with more than two
-    triangles. Said: unreferenced vertices, several vertices at one place, triangles wound against their neighbours,
+    It raises for NaN, no faces, a face that points past the last vertex, degenerate triangles, edges with more than two
+    triangles. It notes unreferenced vertices, several vertices at one place, triangles wound against their neighbours,
     several parts.
 
     Args:
         vertices: Positions.
         faces: Triangles.
-        name: How errors call the mesh.
+        name: Name of the mesh in errors.
 
     Returns:
-        What is odd, one note each.
+        One note for each unusual property.
 
     Raises:
-        BadMesh: What is refused.
+        BadMesh: No cloth can be made of the mesh.
     """
     _refuse_bad_numbers(vertices, faces, name)
     _refuse_degenerate(vertices, faces, name)
@@ -47,13 +47,13 @@ def check_mesh(vertices: Vertices, faces: Faces, *, name: str = "the mesh") -> t
 
 
 def consistent_winding(faces: Faces) -> tuple[Faces, int]:
-    """Turn triangles so that neighbours agree; in each part the majority keeps its side.
+    """Flips triangles so that neighbours agree; in each part the majority keeps its orientation.
 
     Args:
         faces: Triangles; at most two at an edge. A Möbius strip cannot agree everywhere.
 
     Returns:
-        The triangles, and how many were turned.
+        The triangles, and how many were flipped.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import breadth_first_order, connected_components
@@ -65,21 +65,21 @@ def consistent_winding(faces: Faces) -> tuple[Faces, int]:
         return faces, 0
     graph = graph + graph.T
     part = connected_components(graph, directed=False)[1]
-    turned = np.zeros(len(faces), bool)
+    is_flipped = np.zeros(len(faces), bool)
     for start in np.unique(part, return_index=True)[1]:
         order, before = breadth_first_order(graph, start, directed=False)
         for face in order[1:]:
-            turned[face] = turned[before[face]] ^ (graph[before[face], face] == 2)
+            is_flipped[face] = is_flipped[before[face]] ^ (graph[before[face], face] == 2)
         members = order
-        if 2 * turned[members].sum() > len(members):
-            turned[members] = ~turned[members]
+        if 2 * is_flipped[members].sum() > len(members):
+            is_flipped[members] = ~is_flipped[members]
     result = faces.copy()
-    result[turned] = result[turned][:, [0, 2, 1]]
-    return result, int(turned.sum())
+    result[is_flipped] = result[is_flipped][:, [0, 2, 1]]
+    return result, int(is_flipped.sum())
 
 
 def _neighbours(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs of triangles with a common edge, and whether they are wound against each other."""
+    """Returns pairs of triangles with a common edge, and whether they are wound against each other."""
     directed = directed_edges(faces)
     low, high = np.sort(directed, axis=1).T
     order = np.lexsort((high, low))

@@ -1,4 +1,4 @@
-"""GLB and glTF files as one triangle mesh, whatever their materials, skins and animations."""
+"""Reads GLB and glTF files as one triangle mesh; materials, skins and animations are ignored."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,14 +13,14 @@ from hemline.files.gltf_triangles import PRIMITIVES_MAX, triangles
 from .mesh import ReadMesh
 
 _VERTEX_BYTES = 4
-"""A vertex takes twelve bytes of a file; a mesh may be shown at several places of its scene."""
+"""Bytes of a file for each vertex, at least; a vertex takes 12, but its mesh may be shown several times."""
 
 
 def read_gltf_mesh(path: str | Path) -> ReadMesh:
-    """Read all triangles of a GLB, VRM or glTF file as one mesh, each mesh where the scene shows it.
+    """Reads all triangles of a GLB, VRM or glTF file as one mesh, each part where the scene places it.
 
-    Vertices keep their order: those of the first node that shows a mesh, then of the next one. Of files that it names
-    only buffers beside it are read.
+    Vertices keep their order: those of the first node that shows a mesh, then of the next one. Of the files that it
+    names, only buffers beside it are read.
 
     Args:
         path: The file.
@@ -29,7 +29,7 @@ def read_gltf_mesh(path: str | Path) -> ReadMesh:
         The mesh, in the unit of the file.
 
     Raises:
-        BadMesh: Missing, damaged, compressed, without triangles, or it asks for far more vertices than its size holds.
+        BadMesh: The file is missing, damaged, compressed, without triangles, or has more vertices than its size allows.
     """
     path = Path(path)
     gltf = read_gltf(path, error=BadMesh)
@@ -46,12 +46,12 @@ def read_gltf_mesh(path: str | Path) -> ReadMesh:
 
 
 def _parts(gltf: Gltf, nodes: Nodes) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Vertices and triangles of each primitive at each place where the scene shows it."""
-    places = nodes.placed(nodes.locals)
+    """Yields vertices and triangles of each primitive at each place where the scene shows it."""
+    places = nodes.to_world(nodes.locals)
     primitives = corners = vertices = 0
-    for node in _shown(gltf, nodes):
-        said = gltf.all("nodes")[node]
-        for primitive in gltf.all("meshes")[said["mesh"]]["primitives"] if "mesh" in said else ():
+    for node in _scene_nodes(gltf, nodes):
+        entry = gltf.all("nodes")[node]
+        for primitive in gltf.all("meshes")[entry["mesh"]]["primitives"] if "mesh" in entry else ():
             primitives += 1
             if primitives > PRIMITIVES_MAX:
                 raise BadMesh(f"{gltf.path} may show {PRIMITIVES_MAX} meshes", "more", "join them")
@@ -69,13 +69,13 @@ def _parts(gltf: Gltf, nodes: Nodes) -> Iterator[tuple[np.ndarray, np.ndarray]]:
             yield points.astype(np.float64) @ place[:3, :3].T + place[:3, 3], faces
 
 
-def _shown(gltf: Gltf, nodes: Nodes) -> list[int]:
-    """The nodes of the scene that the file shows first; all of a file without scenes."""
+def _scene_nodes(gltf: Gltf, nodes: Nodes) -> list[int]:
+    """Returns the nodes of the default scene; all nodes of a file without scenes."""
     scenes = gltf.all("scenes")
     if not scenes:
         return list(nodes.order)
-    shown = set(scenes[gltf.document.get("scene", 0)].get("nodes", ()))
+    in_scene = set(scenes[gltf.document.get("scene", 0)].get("nodes", ()))
     for node in nodes.order:
-        if nodes.parents[node] in shown:
-            shown.add(node)
-    return [node for node in nodes.order if node in shown]
+        if nodes.parents[node] in in_scene:
+            in_scene.add(node)
+    return [node for node in nodes.order if node in in_scene]

@@ -1,4 +1,4 @@
-"""Any common mesh file as one triangle mesh."""
+"""Reads common mesh files as one triangle mesh."""
 
 import io
 import logging
@@ -17,22 +17,22 @@ from .read_gltf import read_gltf_mesh
 from .read_obj import read_obj
 
 ENDINGS = (".obj", ".ply", ".glb", ".gltf", ".stl")
-"""Endings that `read_mesh` knows."""
+"""File endings that `read_mesh` accepts."""
 
 
 def read_mesh(path: str | Path) -> ReadMesh:
-    """Read a mesh file; OBJ, GLB and glTF by our own readers, PLY and STL through trimesh without any clean-up.
+    """Reads a mesh file: OBJ, GLB and glTF by hemline's own readers, PLY and STL by trimesh without any clean-up.
 
-    STL has no shared vertices: equal positions are merged there, which is said in the notes.
+    STL has no shared vertices: equal positions are merged, and a note says so.
 
     Args:
-        path: The file; its ending chooses the format.
+        path: The file; its ending selects the format.
 
     Returns:
         The mesh, in the unit of the file.
 
     Raises:
-        BadMesh: Unknown ending, or the file is missing, too large, damaged or holds no triangles.
+        BadMesh: The ending is unknown, or the file is missing, too large, damaged or without triangles.
     """
     path = Path(path)
     ending = path.suffix.lower()
@@ -48,7 +48,7 @@ def read_mesh(path: str | Path) -> ReadMesh:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """What trimesh and NumPy say about a damaged file while they read it stays unsaid."""
+    """Silences logs and warnings of trimesh and NumPy while they read a damaged file."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:

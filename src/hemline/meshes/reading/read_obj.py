@@ -1,4 +1,4 @@
-"""Wavefront OBJ, read without touching vertex ids or their order."""
+"""Reads Wavefront OBJ without changing vertex ids or their order."""
 
 from pathlib import Path
 
@@ -12,15 +12,15 @@ from .mesh import ReadMesh
 _CURE = "export the mesh again as OBJ with triangles"
 
 
-class _Odd(ValueError):
-    """What is wrong with a line, in words."""
+class _OddLine(ValueError):
+    """A line that is wrong; the text says what is wrong with it."""
 
 
 def read_obj(path: str | Path) -> ReadMesh:
-    """Read the first-to-last vertices and all faces of an OBJ file as one mesh.
+    """Reads all vertices and faces of an OBJ file as one mesh.
 
     `v` lines become vertices in their order, used or not; `vt` lines become the pattern; negative indices count from
-    the last line so far; polygons are cut into fans, which is said in the notes; groups, objects, materials, normals,
+    the last line so far; polygons are cut into fans, and a note says so; groups, objects, materials, normals,
     lines and smoothing are skipped. Weights and colours behind a position are ignored.
 
     Args:
@@ -30,13 +30,13 @@ def read_obj(path: str | Path) -> ReadMesh:
         The mesh, in the unit of the file.
 
     Raises:
-        BadMesh: The file is missing, too large, holds no vertices or no faces, or a line that cannot be understood.
+        BadMesh: The file is missing or too large, has no vertices or no faces, or a line that cannot be read.
     """
     path = Path(path)
     cure = "name an OBJ file that exists"
     text = read_text(path, TEXT_MAX, error=BadMesh, cure=cure, encoding="utf-8", strict=False)
     lines = text.replace("\\\n", " ").splitlines()
-    points, texture, corners, sizes = _parsed(lines, path)
+    points, texture, corners, sizes = _parse(lines, path)
     if not points:
         raise BadMesh(f"{path} must have vertices", "no line 'v'", _CURE)
     if not sizes:
@@ -52,7 +52,7 @@ def read_obj(path: str | Path) -> ReadMesh:
     return ReadMesh(vertices, triangles, np.array(texture, np.float64), pattern_faces, notes)
 
 
-def _parsed(lines: list[str], path: Path) -> tuple[list, list, list[tuple[int, int]], list[int]]:
+def _parse(lines: list[str], path: Path) -> tuple[list, list, list[tuple[int, int]], list[int]]:
     points: list[tuple[float, float, float]] = []
     texture: list[tuple[float, float]] = []
     corners: list[tuple[int, int]] = []
@@ -68,11 +68,11 @@ def _parsed(lines: list[str], path: Path) -> tuple[list, list, list[tuple[int, i
                 texture.append((float(words[1]), float(words[2]) if len(words) > 2 else 0.0))
             elif words[0] == "f":
                 if len(words) < 4:
-                    raise _Odd("a face with fewer than three corners")
+                    raise _OddLine("a face with fewer than three corners")
                 corners += [_corner(word, len(points), len(texture)) for word in words[1:]]
                 sizes.append(len(words) - 1)
         except (ValueError, IndexError) as error:
-            got = f"'{line.strip()[:60]}'" + (f" ({error})" if isinstance(error, _Odd) else "")
+            got = f"'{line.strip()[:60]}'" + (f" ({error})" if isinstance(error, _OddLine) else "")
             raise BadMesh(f"{path}, line {number} cannot be read", got, _CURE) from error
     return points, texture, corners, sizes
 
@@ -84,12 +84,12 @@ def _corner(word: str, points: int, texture: int) -> tuple[int, int]:
 
 def _absolute(index: int, count: int) -> int:
     if index == 0 or not -count <= index < 2**31:
-        raise _Odd("OBJ counts from 1, or back from -1")
+        raise _OddLine("OBJ counts from 1, or back from -1")
     return index - 1 if index > 0 else count + index
 
 
 def _fans(corners: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, int]:
-    """Cut polygons into fans around their first corner; (faces, 3, 2) and the number of polygons cut."""
+    """Cuts polygons into fans around their first corner; returns (faces, 3, 2) and the number of polygons cut."""
     first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
     per_polygon = sizes - 2
     start = np.repeat(first, per_polygon)

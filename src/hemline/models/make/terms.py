@@ -1,9 +1,11 @@
-"""Write into each file that ships whose data it is made of: `python -m hemline.models.make.terms`.
+"""Writes the licences of its sources into each shipped file: `python -m hemline.models.make.terms [--live]`.
 
-The last step of whatever makes one of them. Of a file the terms alone change: its arrays, and so the hashes of bodies
-and garments, stay as they are, bit for bit. NOTICE and `README.md` beside the models say the same in more words.
+It is the last step after a shipped file was made. Arrays, and so the hashes of bodies and garments, do not change.
+NOTICE and `README.md` beside the models say the same in more words. With `--live` it first writes `live.safetensors`,
+which holds the default options of `live` and nothing else.
 """
 
+import argparse
 import json
 import sys
 from pathlib import Path
@@ -12,8 +14,9 @@ from typing import Any
 import numpy as np
 from safetensors.numpy import load
 
+from hemline.animators.live import Live
 from hemline.animators.terms import MADE_OF
-from hemline.files import written_whole
+from hemline.files import atomic_write
 from hemline.files.tensors import tensor_bytes
 from hemline.motions.terms import CMU_TERMS
 
@@ -29,7 +32,7 @@ TRAINED_ON = (
 
 
 def _mesh(name: str) -> str:
-    """The note of a garment of the wardrobe."""
+    """Returns the note on the mesh of a wardrobe garment."""
     return f"{MADE_OF}{SOURCES[name].mesh} ({SOURCES[name].licence})"
 
 
@@ -44,40 +47,44 @@ TERMS: dict[str, tuple[str, ...]] = {
     "anny24-sdf": (BODY, CMU_TERMS, OWN),
     "live": (OWN,),
 }
-"""Of each file that holds `licences`: of the body, of the garment's mesh, of the motions that it was fitted to."""
+"""Licences of each file that holds `licences`: of the body, the garment mesh, and the motions of the fit."""
 CLIPS = "excerpts"
-"""The file of clips, each of which has CMU's terms."""
+"""File of clips, each of which has CMU's terms."""
 
 
-def contents(path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Arrays and JSON of a file that ships."""
+def read_contents(path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Returns the arrays and the JSON metadata of a shipped file."""
     data = path.read_bytes()
     header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
     return load(data), json.loads(header["__metadata__"]["hemline"])
 
 
-def with_terms(name: str, metadata: dict[str, Any]) -> dict[str, Any]:
-    """The JSON of a file with its terms as they are.
+def add_terms(name: str, metadata: dict[str, Any]) -> dict[str, Any]:
+    """Returns the JSON metadata of a file with its licences set.
 
     Args:
-        name: The file's, without its ending.
-        metadata: Its JSON.
+        name: Name of the file without its ending.
+        metadata: Its JSON metadata.
     """
     if name == CLIPS:
-        clips = {clip: told | {"licence": CMU_TERMS} for clip, told in metadata["motions"].items()}
+        clips = {clip: entry | {"licence": CMU_TERMS} for clip, entry in metadata["motions"].items()}
         return metadata | {"motions": clips}
     return metadata | {"licences": list(TERMS[name])}
 
 
 def main() -> None:
-    """Write those whose terms are others, and say which."""
+    """Writes the files whose licences changed, and prints their names."""
+    parser = argparse.ArgumentParser(description="Write the licences of its sources into each shipped file.")
+    parser.add_argument("--live", action="store_true", help="Write live.safetensors first.")
+    if parser.parse_args().live:
+        Live().save(FOLDER / "live.safetensors")
     for name in (*TERMS, CLIPS):
         path = FOLDER / f"{name}.safetensors"
-        arrays, metadata = contents(path)
-        stated = with_terms(name, metadata)
-        if stated != metadata:
-            with written_whole(path) as temporary:
-                temporary.write_bytes(tensor_bytes(arrays, stated))
+        arrays, metadata = read_contents(path)
+        updated = add_terms(name, metadata)
+        if updated != metadata:
+            with atomic_write(path) as temporary:
+                temporary.write_bytes(tensor_bytes(arrays, updated))
             sys.stdout.write(f"{path.name}\n")
 
 

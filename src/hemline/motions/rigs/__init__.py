@@ -1,1 +1,1 @@
-"""Clips of foreign rigs brought onto the 24 joints."""
+"""Retargets clips of other rigs onto the 24 joints."""

@@ -1,4 +1,4 @@
-"""What rigs call their bones: one table for characters and clips alike.
+"""Names of bones in rigs of many origins, one table for characters and clips.
 
 Names are compared in lower case, without marks and without the prefixes below: `mixamorig:LeftUpLeg`, `thigh.L`,
 `thigh_l`, `L_Hip`, `DEF-upper_arm.R`, `J_Bip_L_UpperLeg`, `Bip01 L Thigh`. A side is `left` or `l`, before or after.
@@ -14,8 +14,9 @@ PARTS = {
     "elbow": ("forearm", "lowarm", "lowerarm", "lowerarm01", "armlower", "elbow"),
     "wrist": ("wrist", "hand", "palm"),
 }
-"""Joints of limbs that every rig must have, without their side. Mixamo's `LeftShoulder` is a collar, SMPL's the arm:
-so the arm comes before the shoulder. Of ankle and foot, or wrist and hand, the second is the joint after."""
+"""Names of the limb joints that every rig must have, without their side. Mixamo's `LeftShoulder` is a collar, SMPL's is
+the arm, so the arm comes before the shoulder. If a rig has ankle and foot, or wrist and hand, the second is the next
+joint."""
 
 HEADS = ("head", "chead")
 TOES = ("toebase", "toe", "toes", "ball", "toe0", "toe11")
@@ -31,7 +32,7 @@ THUMBS = (
     "finger11",
 )
 MIDDLES = ("middle", "middle1", "middle01", "fmiddle01", "handmiddle1", "middleproximal", "finger2", "finger31")
-"""First joint of the middle finger."""
+"""Names of the first joint of the middle finger."""
 
 _PREFIXES = re.compile(r"^(mixamorig\d*|bip0*1|bip001|valvebipedbip01|jbip|def|org|mch|ccbase|mavg|favg|character1)")
 
@@ -48,19 +49,19 @@ VRM = {"head": "head"} | {
         "foot": "Toes",
     }.items()
 }
-"""VRM's bone of each of our joints; the spine, neck and collars are found between them."""
+"""VRM's bone of each joint; spine, neck and collars are found between them."""
 
 VRM_THUMBS = ("ThumbMetacarpal", "ThumbProximal")
-"""Of VRM 1.0, of VRM 0.x."""
+"""First joint of the thumb in VRM 1.0 and in VRM 0.x."""
 VRM_MIDDLES = ("MiddleProximal",)
 
 
 def plain(name: str) -> str:
-    """A bone's name in lower case, without marks and without what rigs put before all names."""
+    """Returns a bone's name in lower case, without punctuation and the usual prefixes of rigs."""
     letters = "".join(letter for letter in re.split(r"[:|]", name)[-1].lower() if letter.isalnum())
     return _PREFIXES.sub("", letters) or letters
 
 
 def spellings(side: str, parts: tuple[str, ...]) -> tuple[str, ...]:
-    """All plain names of a joint of one side, the likeliest first."""
+    """Returns all plain names of a joint of one side, the likeliest first."""
     return tuple(word for part in parts for word in (side + part, side[0] + part, part + side, part + side[0]))

@@ -1,4 +1,4 @@
-"""Collars that go up and down with the arms, for recordings in which they stand still."""
+"""Moves collars up and down with the arms, for recordings in which they stand still."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from hemline.motions.quaternions import (
     from_axis_angle,
     inverse,
     multiply,
-    normalised,
+    normalise,
     rotate,
 )
 
@@ -18,19 +18,19 @@ from .t_pose import LOWERED_DEG
 _STILL_DEG = 3.0
 
 
-def stand_still(local: Quaternion) -> bool:
+def is_still(local: Quaternion) -> bool:
     """Whether a joint hardly turns over a clip."""
-    mean = normalised(continuous(local).mean(axis=0))
+    mean = normalise(continuous(local).mean(axis=0))
     return bool(np.degrees(angle(multiply(inverse(mean), local))).max() < _STILL_DEG)
 
 
-def carried_by_arm(chest: Quaternion, shoulder: Quaternion, sign: float) -> Quaternion:
-    r"""Global rotation of a collar from that of chest and upper arm.
+def collar_from_arm(chest: Quaternion, shoulder: Quaternion, sign: float) -> Quaternion:
+    r"""Returns the global rotation of a collar from those of chest and upper arm.
 
     $$\theta = 12^\circ \, (\text{direction of the arm} \cdot \text{down})$$
 
-    is how far it is lowered against the T-pose: 12 degrees below an arm that hangs, as in the rest pose of anny24,
-    none below a level arm, and raised by 12 degrees below one that points up.
+    is the angle by which the collar is lowered from the T-pose: 12 degrees for a hanging arm, as in the rest pose of
+    anny24, none for a level arm, and -12 degrees for an arm that points up.
 
     Args:
         chest: Global rotation of spine3.

@@ -1,4 +1,4 @@
-"""Animations of glTF files as motions: those of Mixamo, VRM, or any rig that is found in them."""
+"""Reads animations of glTF files as motions: those of Mixamo, VRM or any other humanoid rig."""
 
 from pathlib import Path
 
@@ -18,59 +18,60 @@ from .retarget import retarget
 _RATES = (5.0, 120.0)
 _USUAL_RATE = 30.0
 _FRAMES_MAX = 200_000
-_POSES_FREE = 200_000
+_POSES_UNCHECKED = 200_000
+"""Number of node poses up to which the size of the file is not checked."""
 _POSE_BYTES = 8
-"""Nodes are posed as often whatever the file's size is; beyond, it has so many bytes for each, as keys alone take."""
+"""Least number of bytes in the file for each further pose of a node, as its keys take them."""
 
 
 def split_name(path: str | Path) -> tuple[Path, str | None]:
-    """A file and the name of an animation in it, of `FILE` or `FILE:NAME`."""
+    """Splits `FILE` or `FILE:NAME` into a file and the name of an animation in it."""
     file, colon, name = str(path).rpartition(":")
     named = bool(colon) and Path(file).suffix.lower() in ENDINGS
     return (Path(file), name) if named else (Path(path), None)
 
 
 def read_gltf_motion(path: str | Path) -> Motion:
-    """Read an animation of a GLB, VRM or glTF file.
+    """Reads an animation of a GLB, VRM or glTF file.
 
-    Bones are turned against their rest pose, which the skin binds; without a skin it is how the nodes stand.
+    Rotations of bones are relative to their rest pose: the bind pose of the skin, or else the pose of the nodes.
 
     Args:
-        path: `FILE`, where it holds one animation, or `FILE:NAME`; a number counts them from 0.
+        path: `FILE`, if it holds one animation, or `FILE:NAME`; a number as NAME counts animations from 0.
 
     Raises:
-        BadMotion: The file cannot be read or holds no humanoid, no animation, several, or none of that name, or far
-            more frames than its size has keys for.
+        BadMotion: The file cannot be read, or has no humanoid, no animation, several, none of that name, or far more
+            frames than a file of its size can have keys for.
     """
     file, name = split_name(path)
     rig = read_rig(file, error=BadMotion, skinned=False)
-    animation = _chosen(rig.gltf, file, name)
+    animation = _choose_animation(rig.gltf, file, name)
     with rig.gltf.readable():
         times, tracks = _tracks(rig.gltf, animation, len(rig.nodes.names))
     fps, moments = _moments(times, file)
     poses = len(moments) * len(rig.nodes.names)
-    if poses > _POSES_FREE + rig.gltf.most // _POSE_BYTES:
+    if poses > _POSES_UNCHECKED + rig.gltf.number_limit // _POSE_BYTES:
         got = f"{len(moments)} frames of {len(rig.nodes.names)} nodes in a file of {file.stat().st_size} bytes"
         raise BadMotion(f"{file}: the animation is too long for its few keys", got, "cut it, or key each frame")
     with rig.gltf.readable(), np.errstate(all="ignore"):
-        world = _played(rig.nodes, tracks, moments)
+        world = _pose_nodes(rig.nodes, tracks, moments)
         if not (np.abs(world) < LARGEST).all():
             raise ValueError("keys")
-        turned = _turned(rig, world)
+        turned = _bone_motion(rig, world)
     title = str(animation.get("name") or file.stem)
     rigged = Bvh(rig.skeleton, *turned, fps)
     copyright_ = str(rig.gltf.document["asset"].get("copyright", ""))
     source = f"{file.name}, animation '{title}'"
-    found, licence = rig.found, copyright_[:500]
-    return retarget(rigged, name=title, source=source, licence=licence, found=found, resting=True)
+    found, licence = rig.match, copyright_[:500]
+    return retarget(rigged, name=title, source=source, licence=licence, match=found, resting=True)
 
 
 def animation_names(gltf: Gltf) -> list[str]:
-    """Names of the animations of a file; the number of one that has none."""
+    """Returns the names of the animations of a file; an animation without a name gets its number."""
     return [str(each.get("name") or number) for number, each in enumerate(gltf.all("animations"))]
 
 
-def _chosen(gltf: Gltf, file: Path, name: str | None) -> dict:
+def _choose_animation(gltf: Gltf, file: Path, name: str | None) -> dict:
     with gltf.readable():
         names, animations = animation_names(gltf), gltf.all("animations")
     if not animations:
@@ -88,42 +89,42 @@ def _chosen(gltf: Gltf, file: Path, name: str | None) -> dict:
 
 
 class _Track:
-    """One part (translation, rotation or scale) of a node over time."""
+    """Translation, rotation or scale of a node over time."""
 
-    def __init__(self, times: np.ndarray, values: np.ndarray, way: str, width: int) -> None:
-        cubic = way == "CUBICSPLINE"
+    def __init__(self, times: np.ndarray, values: np.ndarray, interpolation: str, width: int) -> None:
+        cubic = interpolation == "CUBICSPLINE"
         count = len(times)
         if not count or values.size != count * width * (3 if cubic else 1) or (np.diff(times) < 0).any():
             raise ValueError("keys")
         if not (np.isfinite(times).all() and np.isfinite(values).all()):
             raise ValueError("keys")
-        self.times, self.way, self.turns = times, way, width == 4
+        self.times, self.interpolation, self.turns = times, interpolation, width == 4
         self.values = values.reshape(count, 3, width) if cubic else values.reshape(count, 1, width)
 
     def at(self, moments: np.ndarray) -> np.ndarray:
-        """Its values at some moments, as the format says."""
+        """Returns the values at given moments, interpolated as the format defines [s]."""
         after = np.clip(np.searchsorted(self.times, moments, "right"), 1, max(len(self.times) - 1, 1))
         before, after = np.minimum(after - 1, len(self.times) - 1), np.minimum(after, len(self.times) - 1)
         span = self.times[after] - self.times[before]
-        share = np.clip((moments - self.times[before]) / np.where(span > 0, span, 1), 0, 1)[:, None]
+        fraction = np.clip((moments - self.times[before]) / np.where(span > 0, span, 1), 0, 1)[:, None]
         middle = self.values.shape[1] // 2
         start, end = self.values[before, middle], self.values[after, middle]
-        if self.way == "STEP":
-            values = np.where(share >= 1, end, start)
-        elif self.way == "CUBICSPLINE":
+        if self.interpolation == "STEP":
+            values = np.where(fraction >= 1, end, start)
+        elif self.interpolation == "CUBICSPLINE":
             out, into = span[:, None] * self.values[before, 2], span[:, None] * self.values[after, 0]
-            s2, s3 = share**2, share**3
-            values = (2 * s3 - 3 * s2 + 1) * start + (s3 - 2 * s2 + share) * out + (3 * s2 - 2 * s3) * end
+            s2, s3 = fraction**2, fraction**3
+            values = (2 * s3 - 3 * s2 + 1) * start + (s3 - 2 * s2 + fraction) * out + (3 * s2 - 2 * s3) * end
             values = values + (s3 - s2) * into
         elif self.turns:
-            values = slerp(_unit(start), _unit(end), share[:, 0])
+            values = slerp(_unit(start), _unit(end), fraction[:, 0])
         else:
-            values = start + share * (end - start)
+            values = start + fraction * (end - start)
         return _unit(values) if self.turns else values
 
 
 def _unit(quaternions: np.ndarray) -> np.ndarray:
-    """Quaternions of length one; the identity in the place of those without a length."""
+    """Scales quaternions to length one; those of length zero become the identity."""
     lengths = np.linalg.norm(quaternions, axis=-1, keepdims=True)
     return np.where(lengths > 1e-9, quaternions / np.maximum(lengths, 1e-9), [0.0, 0.0, 0.0, 1.0])
 
@@ -134,7 +135,7 @@ def _tracks(gltf: Gltf, animation: dict, nodes: int) -> tuple[list[np.ndarray], 
     made: dict[tuple, _Track] = {}
 
     def read(accessor: int) -> np.ndarray:
-        """An accessor's numbers, made once, though many tracks may share them."""
+        """Returns the numbers of an accessor, cached, since many tracks may share them."""
         if accessor not in numbers:
             numbers[accessor] = gltf.array(accessor).astype(np.float64)
         return numbers[accessor]
@@ -156,7 +157,7 @@ def _tracks(gltf: Gltf, animation: dict, nodes: int) -> tuple[list[np.ndarray], 
 
 
 def _moments(times: list[np.ndarray], file: Path) -> tuple[float, np.ndarray]:
-    """Frames a second of the most finely keyed track, and the moments of the frames [s]."""
+    """Returns the frames a second of the most finely keyed track, and the moments of the frames [s]."""
     if not times:
         raise BadMotion(f"{file}: the animation moves no bone", "no track", "name another animation")
     first, last = min(each[0] for each in times), max(each[-1] for each in times)
@@ -172,7 +173,7 @@ def _moments(times: list[np.ndarray], file: Path) -> tuple[float, np.ndarray]:
     return fps, first + np.arange(count) / fps
 
 
-def _played(
+def _pose_nodes(
     nodes: Nodes, tracks: dict[tuple[int, str], _Track], moments: np.ndarray
 ) -> Float[np.ndarray, "frames nodes 4 4"]:
     frames = len(moments)
@@ -190,8 +191,8 @@ def _played(
     return nodes.placed(matrices(moved, turned, scaled))
 
 
-def _turned(rig: GltfRig, world: np.ndarray) -> tuple[np.ndarray, dict[int, np.ndarray]]:
-    """Local rotations of the bones against their rest pose, and the paths of those that carry the pelvis."""
+def _bone_motion(rig: GltfRig, world: np.ndarray) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """Returns local rotations of bones relative to their rest pose, and the paths of those that carry the pelvis."""
     bones, parents = list(rig.bones), rig.skeleton.parents
     rest = from_matrix(_rotations(rig.rest[bones]))
     turned = multiply(from_matrix(_rotations(world[:, bones])), inverse(rest))
@@ -200,7 +201,7 @@ def _turned(rig: GltfRig, world: np.ndarray) -> tuple[np.ndarray, dict[int, np.n
         if parent >= 0:
             local[:, bone] = multiply(inverse(turned[:, parent]), turned[:, bone])
     places, paths = world[:, bones][..., :3, 3], {}
-    for bone in rig.found.carriers:
+    for bone in rig.match.carriers:
         parent = parents[bone]
         moved = places[:, bone] - places[:, parent] if parent >= 0 else places[:, bone]
         paths[bone] = rotate(inverse(turned[:, parent]), moved) if parent >= 0 else moved
@@ -208,7 +209,7 @@ def _turned(rig: GltfRig, world: np.ndarray) -> tuple[np.ndarray, dict[int, np.n
 
 
 def _rotations(matrix: np.ndarray) -> np.ndarray:
-    """The rotations of matrices with scale; of mirrored ones, that of their mirror image."""
+    """Returns the rotations of matrices with scale; for mirrored ones, those of their mirror image."""
     left, _, right = np.linalg.svd(matrix[..., :3, :3])
     flip = np.sign(np.linalg.det(left @ right))
     left[..., :, 2] *= flip[..., None]

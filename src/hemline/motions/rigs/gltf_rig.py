@@ -1,4 +1,4 @@
-"""The rig of a glTF file: its bones at rest, as the skins bind them, and which of them is which of ours."""
+"""Reads the rig of a glTF file: its bones at rest, as the skins bind them, matched to the 24 joints."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,70 +9,70 @@ import numpy as np
 from hemline.arrays import Float
 from hemline.errors import BadInput, BadMotion
 from hemline.files.gltf import Gltf, read_gltf
-from hemline.files.gltf_nodes import Nodes, decomposed, read_nodes
-from hemline.motions.bvh import Skeleton
+from hemline.files.gltf_nodes import Nodes, decompose, read_nodes
+from hemline.motions.bvh import BvhSkeleton
 from hemline.motions.quaternions import to_matrix
 
-from .names import Found, find_joints
+from .names import JointMatch, find_joints
 
 LARGEST = 1e9
-"""Places of bones are below it, in any unit, and so are their scales."""
+"""Limit of positions and scales of bones, in any unit."""
 
-_FEWEST = 11
-"""Bones of a humanoid, at least."""
+_BONES_MIN = 11
+"""Least number of bones of a humanoid."""
 _BONES_MAX, _SKINS_BONES_MAX = 2_000, 50_000
-"""Bones of a skin, and those of all skins together, at most."""
-_COMPARED = 500_000
-"""Places that are compared at once."""
-_AGREE = 1e-3
-"""Bones that move their skin by so much, as a share of its size, are not where the skin was bound."""
+"""Largest number of bones of a skin, and of all skins together."""
+_BLOCK_SIZE = 500_000
+"""Number of points that are compared at once."""
+_BIND_TOLERANCE = 1e-3
+"""Bones in the bind pose move their skin by less than this, as a fraction of its size."""
 
 
 @dataclass(frozen=True, eq=False)
 class GltfRig:
-    """A rig at rest.
+    """A rig at rest, matched to the 24 joints.
 
     Attributes:
         gltf: The file.
-        nodes: Its tree.
+        nodes: Tree of the file's nodes.
         bones: The node of each joint of the skeleton, parents before their children.
-        skeleton: The bones, their zero pose the rest pose, along the axes of the file's world [file's unit].
-        found: Which bone is which joint, as indices into the skeleton.
-        rest: From each node to the world at rest.
-        skins: From the vertices of each skin to the world at rest.
-        bound: Whether the file's nodes stand as the skins are bound; otherwise they are posed.
+        skeleton: The bones along the axes of the file's world; their zero pose is the rest pose [file's unit].
+        match: Bones of the joints, as indices into the skeleton.
+        rest: Transform of each node to the world at rest.
+        skins: Transform of the vertices of each skin to the world at rest.
+        in_bind_pose: Whether the file's nodes are in the bind pose of the skins; otherwise they are in another pose.
     """
 
     gltf: Gltf
     nodes: Nodes
     bones: tuple[int, ...]
-    skeleton: Skeleton
-    found: Found
+    skeleton: BvhSkeleton
+    match: JointMatch
     rest: Float[np.ndarray, "nodes 4 4"]
     skins: tuple[Float[np.ndarray, "4 4"], ...]
-    bound: bool
+    in_bind_pose: bool
 
     @property
-    def bound_bones(self) -> set[int]:
-        """Nodes of bones that a skin names."""
+    def skin_bones(self) -> set[int]:
+        """Nodes of the bones that skins name."""
         return {int(joint) for skin in self.gltf.all("skins") for joint in skin["joints"]}
 
     @property
     def how(self) -> str:
-        """How the joints were found, in a sentence."""
-        return f"joints found by {self.found.how or 'the names of the bones'}"
+        """A sentence that says how the joints were found."""
+        return f"joints found by {self.match.how or 'the names of the bones'}"
 
 
 def read_rig(path: str | Path, *, error: type[BadInput], skinned: bool) -> GltfRig:
-    """The rig of a GLB, VRM or glTF file.
+    """Reads the rig of a GLB, VRM or glTF file.
 
     Args:
         path: The file.
-        error: What is raised where it cannot be read, or is no humanoid.
-        skinned: Whether it must have a skin; otherwise the nodes as they stand will do.
+        error: Class of the errors that are raised.
+        skinned: Whether the file must have a skin; otherwise the pose of the nodes is the rest pose if there is none.
 
     Raises:
-        BadInput: (as `error`) Damaged, without a skin, too few bones, or no humanoid.
+        BadInput: (as `error`) The file is damaged, has no skin or too few bones, or is not a humanoid.
     """
     gltf = read_gltf(path, error=error)
     nodes = read_nodes(gltf)
@@ -94,7 +94,7 @@ def read_rig(path: str | Path, *, error: type[BadInput], skinned: bool) -> GltfR
             raise ValueError("places")
     bones = _bones(gltf, nodes, skins, humanoid)
     count = len({joint for skin in skins for joint in skin}) if skinned else len(bones)
-    if count < _FEWEST:
+    if count < _BONES_MIN:
         cure = "a body needs hips, knees, ankles, shoulders, elbows, wrists, a spine and a head"
         raise error(f"{path} is no humanoid", f"{count} bones", cure)
     skeleton = _skeleton(nodes, bones, rest)
@@ -109,24 +109,24 @@ def read_rig(path: str | Path, *, error: type[BadInput], skinned: bool) -> GltfR
 
 
 def _humanoid(gltf: Gltf, count: int) -> Mapping[str, int] | None:
-    """The node of each of VRM's bones, by the map that VRM 1.0, VRM 0.x and VRM animations hold."""
-    said: dict[str, int] | None = None
+    """Returns the node of each of VRM's bones, by the map in VRM 1.0, VRM 0.x and VRM animations."""
+    entries: dict[str, int] | None = None
     for name in ("VRMC_vrm", "VRMC_vrm_animation"):
         if name in gltf.extensions:
-            said = {bone: each["node"] for bone, each in gltf.extensions[name]["humanoid"]["humanBones"].items()}
-    if said is None and "VRM" in gltf.extensions:
-        said = {each["bone"]: each["node"] for each in gltf.extensions["VRM"]["humanoid"]["humanBones"]}
-    if said is not None and any(not 0 <= node < count for node in said.values()):
+            entries = {bone: each["node"] for bone, each in gltf.extensions[name]["humanoid"]["humanBones"].items()}
+    if entries is None and "VRM" in gltf.extensions:
+        entries = {each["bone"]: each["node"] for each in gltf.extensions["VRM"]["humanoid"]["humanBones"]}
+    if entries is not None and any(not 0 <= node < count for node in entries.values()):
         raise ValueError("humanBones")
-    return said
+    return entries
 
 
 def _rest(gltf: Gltf, nodes: Nodes, skins: list[list[int]]) -> tuple[np.ndarray, tuple[np.ndarray, ...], bool]:
-    r"""Where nodes are at rest, what takes each skin's vertices there, and whether the nodes stand so by themselves.
+    r"""Returns transforms of nodes and of skins to the world at rest, and whether the file is in its bind pose.
 
-    A skin's vertices are at $G_j B_j v$ where all bones stand as they were bound ($G_j$ from node to world, $B_j$ the
-    inverse bind matrix), with the same $G_j B_j$ for all. Otherwise the file shows a pose: the rest is put where it is
-    up to scale and the nearest quarter turns.
+    If it is, the vertices of a skin are at $G_j B_j v$ with the same $G_j B_j$ for all bones ($G_j$ from node to
+    world, $B_j$ the inverse bind matrix). Otherwise the file is in another pose, and the rest pose is recovered up to
+    scale and the nearest quarter turns.
     """
     local = nodes.locals
     world = nodes.placed(local)
@@ -157,16 +157,18 @@ def _rest(gltf: Gltf, nodes: Nodes, skins: list[list[int]]) -> tuple[np.ndarray,
 
 
 def _agree(moved: np.ndarray, joints: np.ndarray) -> bool:
-    """Whether all bones take the places of the joints to the same points."""
+    """Whether all bones move the joints' positions to the same points."""
     points = np.concatenate([joints[:, :, 3], np.array([[0.0, 0, 0, 1]])])
     size = np.ptp(points[:, :3] @ moved[0, :3, :3].T, axis=0).max()
-    apart, some = moved - moved[:1], max(_COMPARED // len(points), 1)
+    apart, some = moved - moved[:1], max(_BLOCK_SIZE // len(points), 1)
     blocks = (apart[start : start + some] for start in range(0, len(apart), some))
-    return max(np.abs(np.einsum("jrc,pc->jpr", block, points)).max() for block in blocks) <= _AGREE * max(size, 1e-12)
+    return max(np.abs(np.einsum("jrc,pc->jpr", block, points)).max() for block in blocks) <= _BIND_TOLERANCE * max(
+        size, 1e-12
+    )
 
 
 def _binds(gltf: Gltf, skin: dict, count: int) -> np.ndarray:
-    """Inverse bind matrices that act on columns."""
+    """Returns the inverse bind matrices, which act on columns."""
     if "inverseBindMatrices" not in skin:
         return np.tile(np.eye(4), (count, 1, 1))
     binds = gltf.array(skin["inverseBindMatrices"]).astype(np.float64).reshape(-1, 4, 4).swapaxes(1, 2)[:count]
@@ -178,8 +180,8 @@ def _binds(gltf: Gltf, skin: dict, count: int) -> np.ndarray:
 
 
 def _upright(matrix: np.ndarray) -> np.ndarray:
-    """Its scale, and the quarter turns that are nearest to its rotation."""
-    _, turned, scale = decomposed(matrix)
+    """Returns the scale of a transform, with the quarter turns that are nearest to its rotation."""
+    _, turned, scale = decompose(matrix)
     rotation, axes, free = to_matrix(turned), np.zeros((3, 3)), [0, 1, 2]
     for row in np.argsort(-np.abs(rotation).max(axis=1)):
         best = max(free, key=lambda column, at=row: abs(rotation[at, column]))
@@ -193,9 +195,9 @@ def _upright(matrix: np.ndarray) -> np.ndarray:
 
 
 def _bones(gltf: Gltf, nodes: Nodes, skins: list[list[int]], humanoid: Mapping[str, int] | None) -> tuple[int, ...]:
-    """The nodes that are bones: those of skins and of the map, what is between and above them, and what hangs below."""
+    """Returns the nodes that are bones: those of skins and of the map, and the nodes between, above and below them."""
     named = {joint for skin in skins for joint in skin} | set((humanoid or {}).values())
-    shown = {node for node, said in enumerate(gltf.all("nodes")) if "mesh" in said or "camera" in said}
+    shown = {node for node, entries in enumerate(gltf.all("nodes")) if "mesh" in entries or "camera" in entries}
     kept = set(named or (set(range(len(nodes.names))) - shown))
     for node in named:
         above = nodes.parents[node]
@@ -212,12 +214,12 @@ def _bones(gltf: Gltf, nodes: Nodes, skins: list[list[int]], humanoid: Mapping[s
     return tuple(node for node in nodes.order if node in kept)
 
 
-def _skeleton(nodes: Nodes, bones: tuple[int, ...], rest: np.ndarray) -> Skeleton:
+def _skeleton(nodes: Nodes, bones: tuple[int, ...], rest: np.ndarray) -> BvhSkeleton:
     at = {node: index for index, node in enumerate(bones)}
     parents = [at.get(nodes.parents[node], -1) for node in bones]
     places = rest[list(bones)][:, :3, 3]
-    first = parents.index(-1)  # of several trees, the others are joined to the first one's root
+    first = parents.index(-1)  # further trees are joined to the root of the first one
     parents = [first if parent < 0 and index != first else parent for index, parent in enumerate(parents)]
     above = np.array([places[parent] if parent >= 0 else np.zeros(3) for parent in parents])
     names = tuple(nodes.names[node] for node in bones)
-    return Skeleton(names, tuple(parents), places - above, {}, tuple(() for _ in bones))
+    return BvhSkeleton(names, tuple(parents), places - above, {}, tuple(() for _ in bones))

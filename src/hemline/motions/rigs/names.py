@@ -1,10 +1,10 @@
-"""Which joint of a foreign rig is which of ours: as the file says, by names, or by shape."""
+"""Matches the joints of a rig to the 24 joints: by the file's own map, by names, or by the shape of the tree."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from hemline.errors import BadMotion
-from hemline.motions.bvh import Skeleton
+from hemline.motions.bvh import BvhSkeleton
 
 from .bone_names import (
     FINGER_BASES,
@@ -23,16 +23,16 @@ from .tree_shape import joints_by_shape
 
 
 @dataclass(frozen=True)
-class Found:
+class JointMatch:
     """Joints of a rig by their role, as indices into its skeleton.
 
     Attributes:
-        joints: Our joint name to the rig's joint, for all that the rig has; the three of the spine are left out.
+        joints: Joint of the rig for each of the 24 names that it has, without the three of the spine.
         carriers: Joints from the root down to the pelvis, both included.
         spine: Joints from above the pelvis up to the one that carries the arms.
-        thumbs: `left` and `right` to the first joint of the thumb, where there is one.
-        middles: The same of the middle finger.
-        how: How they were found, a sentence; empty: by their names.
+        thumbs: First joint of the `left` and `right` thumb, if there is one.
+        middles: First joint of the `left` and `right` middle finger, if there is one.
+        how: A phrase that says how they were found; empty: by their names.
     """
 
     joints: dict[str, int]
@@ -43,30 +43,30 @@ class Found:
     how: str = ""
 
 
-def find_joints(skeleton: Skeleton, file: str, humanoid: Mapping[str, int] | None = None) -> Found:
-    """Name the joints of a rig: limbs and head, then spine, neck and collars by the chains between them.
+def find_joints(skeleton: BvhSkeleton, file: str, humanoid: Mapping[str, int] | None = None) -> JointMatch:
+    """Matches the joints of a rig: limbs and head first, then spine, neck and collars by the chains between them.
 
-    Limbs and head are those that the file's own map of VRM names; else those whose names are known; else those whose
-    place in the tree is theirs, which `Found.how` says.
+    Limbs and head come from the file's own VRM map if there is one, else from known names, else from their places in
+    the tree, which `JointMatch.how` then says.
 
     Args:
         skeleton: The rig.
-        file: Its name, for messages.
-        humanoid: Joint by VRM's name of a bone, where the file has such a map.
+        file: Name of the file in error messages.
+        humanoid: Joint of each of VRM's bones, if the file has such a map.
 
     Raises:
         BadMotion: A joint that is needed is missing.
     """
     if humanoid is not None:
-        return _joined(skeleton, file, *_by_map(humanoid, file), how="the file's own VRM map")
+        return _complete_match(skeleton, file, *_by_map(humanoid, file), how="the file's own VRM map")
     try:
-        return _joined(skeleton, file, *_by_names(skeleton, file))
+        return _complete_match(skeleton, file, *_by_names(skeleton, file))
     except BadMotion as reason:
         joints = joints_by_shape(skeleton)
         if joints is None:
             raise
-        found = _joined(skeleton, file, joints, {}, {})
-        return replace(found, how=f"their place in the tree, since {reason.what}: {_told(skeleton, joints)}")
+        found = _complete_match(skeleton, file, joints, {}, {})
+        return replace(found, how=f"their place in the tree, since {reason.what}: {_list_joints(skeleton, joints)}")
 
 
 def _by_map(humanoid: Mapping[str, int], file: str) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:
@@ -82,15 +82,15 @@ def _by_map(humanoid: Mapping[str, int], file: str) -> tuple[dict[str, int], dic
     return joints, fingers[0], fingers[1]
 
 
-def _by_names(skeleton: Skeleton, file: str) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:
+def _by_names(skeleton: BvhSkeleton, file: str) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:
     known = {plain(name): index for index, name in reversed(list(enumerate(skeleton.names)))}
-    joints = {"head": _needed("head", HEADS, known, file)}
+    joints = {"head": _require("head", HEADS, known, file)}
     thumbs, middles = {}, {}
     for side in ("left", "right"):
         for role, parts in PARTS.items():
-            joints[f"{side}_{role}"] = _needed(f"{side} {role}", spellings(side, parts), known, file)
+            joints[f"{side}_{role}"] = _require(f"{side} {role}", spellings(side, parts), known, file)
         if joints[f"{side}_hip"] == joints[f"{side}_knee"]:
-            _needed(f"{side} hip", spellings(side, PARTS["hip"][:-1]), known, file)
+            _require(f"{side} hip", spellings(side, PARTS["hip"][:-1]), known, file)
         for role, parts, before in (("foot", (*TOES, "foot"), "ankle"), ("wrist", FINGER_BASES, "")):
             joint = _first(spellings(side, parts), known)
             if joint is not None and joint != joints.get(f"{side}_{before}"):
@@ -102,16 +102,16 @@ def _by_names(skeleton: Skeleton, file: str) -> tuple[dict[str, int], dict[str, 
     return joints, thumbs, middles
 
 
-def _joined(
-    skeleton: Skeleton,
+def _complete_match(
+    skeleton: BvhSkeleton,
     file: str,
     joints: dict[str, int],
     thumbs: dict[str, int],
     middles: dict[str, int],
     *,
     how: str = "",
-) -> Found:
-    """Pelvis, spine, neck and collars by the chains between limbs and head."""
+) -> JointMatch:
+    """Adds pelvis, spine, neck and collars by the chains between limbs and head."""
     joints = dict(joints)
     lines = {name: _line(skeleton, joint) for name, joint in joints.items()}
     head, left, right = lines["head"], lines["left_shoulder"], lines["right_shoulder"]
@@ -132,10 +132,10 @@ def _joined(
         if collar != chest and collar in line:
             joints[f"{side}_collar"] = collar
     carriers = tuple(joint for joint in head if joint <= pelvis)
-    return Found(joints, carriers, spine, dict(thumbs), dict(middles), how)
+    return JointMatch(joints, carriers, spine, dict(thumbs), dict(middles), how)
 
 
-def _told(skeleton: Skeleton, joints: Mapping[str, int]) -> str:
+def _list_joints(skeleton: BvhSkeleton, joints: Mapping[str, int]) -> str:
     return ", ".join(f"{role} '{skeleton.names[joint]}'" for role, joint in joints.items())
 
 
@@ -143,7 +143,7 @@ def _first(words: tuple[str, ...], known: dict[str, int]) -> int | None:
     return next((known[word] for word in words if word in known), None)
 
 
-def _needed(role: str, words: tuple[str, ...], known: dict[str, int], file: str) -> int:
+def _require(role: str, words: tuple[str, ...], known: dict[str, int], file: str) -> int:
     joint = _first(words, known)
     if joint is None:
         others = f"name it '{words[0]}' or one of {', '.join(words[1:5])}"
@@ -152,8 +152,8 @@ def _needed(role: str, words: tuple[str, ...], known: dict[str, int], file: str)
     return joint
 
 
-def _line(skeleton: Skeleton, joint: int) -> list[int]:
-    """The joints from the root down to a joint, both included."""
+def _line(skeleton: BvhSkeleton, joint: int) -> list[int]:
+    """Returns the joints from the root down to a joint, both included."""
     line = [joint]
     while skeleton.parents[line[-1]] >= 0:
         line.append(skeleton.parents[line[-1]])

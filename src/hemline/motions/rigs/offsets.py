@@ -1,4 +1,4 @@
-"""The constant rotations O that take the bones of our T-pose onto those of a rig's zero pose."""
+"""Constant rotations O that turn the bones of our T-pose onto those of a rig's zero pose."""
 
 import numpy as np
 
@@ -15,11 +15,11 @@ _STEEP_DEG = 60.0
 
 
 def limb_offsets(rig: Rig) -> dict[str, Quaternion]:
-    """O of the joints of arms and legs; trunk, neck, head and collars have identity.
+    """Returns O of the joints of arms and legs; that of trunk, neck, head and collars is the identity.
 
-    The direction of a bone leaves its twist open. In our T-pose elbows bend forward, knees backward, and the thumb
-    points forward; the twist is such that this agrees with what the joints of the clip do: seen from either bone of a
-    bent limb, the far end of the other lies on the side to which it bends.
+    The direction of a bone does not determine its twist. In our T-pose elbows bend forward, knees backward, and the
+    thumb points forward. The twist is chosen so that this agrees with the clip: seen from either bone of a bent limb,
+    the far end of the other lies on the side to which the limb bends.
     """
     offsets: dict[str, Quaternion] = {}
     for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -29,22 +29,22 @@ def limb_offsets(rig: Rig) -> dict[str, Quaternion]:
             (("shoulder", "elbow", "wrist"), out, _FORWARD),
         ):
             upper, lower, end = (f"{side}_{joint}" for joint in chain)
-            places = {joint: rig.positions[:, rig.found.joints[joint]] for joint in (upper, end)}
-            offsets[upper] = _aligned(bone, bend, rig.bone(upper, lower), rig.seen(upper, places[end]))
-            offsets[lower] = _aligned(bone, bend, rig.bone(lower, end), rig.seen(lower, places[upper]))
+            places = {joint: rig.positions[:, rig.match.joints[joint]] for joint in (upper, end)}
+            offsets[upper] = _align(bone, bend, rig.bone(upper, lower), rig.mean_direction(upper, places[end]))
+            offsets[lower] = _align(bone, bend, rig.bone(lower, end), rig.mean_direction(lower, places[upper]))
         offsets[f"{side}_wrist"] = _hand_offset(rig, side, out, offsets[f"{side}_elbow"])
         offsets[f"{side}_ankle"] = offsets[f"{side}_foot"] = _foot_offset(rig, side)
     return offsets
 
 
 def rest_offsets(rig: Rig) -> dict[str, Quaternion]:
-    """O of a rig whose zero pose is a rest pose; see `t_pose_turns`."""
-    places = {name: rig.zero[joint] for name, joint in rig.found.joints.items()}
+    """Returns O of a rig whose zero pose is a rest pose, see `t_pose_turns`."""
+    places = {name: rig.zero[joint] for name, joint in rig.match.joints.items()}
     return {joint: inverse(turn) for joint, turn in t_pose_turns(places).items()}
 
 
-def _aligned(bone: Vector, side: Vector, rig_bone: Vector, rig_side: Vector) -> Quaternion:
-    """Rotation that takes `bone` onto `rig_bone`, and `side` as near as can be onto `rig_side`."""
+def _align(bone: Vector, side: Vector, rig_bone: Vector, rig_side: Vector) -> Quaternion:
+    """Returns the rotation of `bone` onto `rig_bone` that brings `side` as near as possible to `rig_side`."""
     smallest = between(bone, rig_bone)
     along = rig_bone / np.linalg.norm(rig_bone)
     across = rig_side - (rig_side @ along) * along
@@ -56,26 +56,26 @@ def _aligned(bone: Vector, side: Vector, rig_bone: Vector, rig_side: Vector) -> 
 
 
 def _hand_offset(rig: Rig, side: str, out: Vector, elbow_offset: Quaternion) -> Quaternion:
-    """O of the hand: palm down, thumb forward.
+    """Returns O of the hand: palm down, thumb forward.
 
-    A thumb of the zero pose lies in the plane of the palm. Where it hangs along the fingers, the clip's own is taken:
+    The thumb of the zero pose lies in the plane of the palm. If it points along the fingers, that of the clip is used:
     a thumb at rest points about 60 degrees out of the palm (59 in the CMU recordings).
     """
-    fingers = rig.tip(rig.found.joints[f"{side}_wrist"])
+    fingers = rig.tip(rig.match.joints[f"{side}_wrist"])
     if fingers is None or np.linalg.norm(fingers) == 0:
         return elbow_offset
-    thumb = rig.found.thumbs.get(side)
+    thumb = rig.match.thumbs.get(side)
     if thumb is None:
-        return _aligned(out, _FORWARD, fingers, rotate(elbow_offset, _FORWARD))
-    zero = rig.zero_tip(thumb) - rig.zero[rig.found.joints[f"{side}_wrist"]]
+        return _align(out, _FORWARD, fingers, rotate(elbow_offset, _FORWARD))
+    zero = rig.zero_tip(thumb) - rig.zero[rig.match.joints[f"{side}_wrist"]]
     if np.linalg.norm(np.cross(zero, fingers)) > _STRAIGHT * np.linalg.norm(zero) * np.linalg.norm(fingers):
-        return _aligned(out, _FORWARD, fingers, zero / np.linalg.norm(zero))
-    return _aligned(out, _THUMB_AT_REST, fingers, rig.seen(f"{side}_wrist", rig.placed_tip(thumb)))
+        return _align(out, _FORWARD, fingers, zero / np.linalg.norm(zero))
+    return _align(out, _THUMB_AT_REST, fingers, rig.mean_direction(f"{side}_wrist", rig.tip_path(thumb)))
 
 
 def _foot_offset(rig: Rig, side: str) -> Quaternion:
-    """A quarter turn where the foot of the zero pose hangs down, identity where it stands on the floor."""
-    toes = rig.tip(rig.found.joints[f"{side}_ankle"])
+    """Returns a quarter turn if the foot of the zero pose hangs down, the identity if it stands on the floor."""
+    toes = rig.tip(rig.match.joints[f"{side}_ankle"])
     if toes is None or np.linalg.norm(toes) == 0:
         return IDENTITY
     steepness = np.degrees(np.arcsin(-toes[1] / np.linalg.norm(toes)))

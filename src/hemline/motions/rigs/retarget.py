@@ -1,4 +1,4 @@
-"""Bring a clip of any humanoid rig onto the 24 joints."""
+"""Retargets a clip of any humanoid rig onto the 24 joints."""
 
 import numpy as np
 from jaxtyping import Float
@@ -8,10 +8,10 @@ from hemline.motions.bvh import Bvh
 from hemline.motions.motion import JOINT_NAMES, PARENTS, Motion
 from hemline.motions.quaternions import Quaternion, angle, continuous, inverse, multiply, slerp
 
-from .collars import carried_by_arm, stand_still
-from .names import Found, find_joints
+from .collars import collar_from_arm, is_still
+from .names import JointMatch, find_joints
 from .offsets import IDENTITY, limb_offsets, rest_offsets
-from .rig import Rig, stood_upright
+from .rig import Rig, turn_upright
 from .units import METRIC, UNITS, USUAL_LEG, unit_of
 
 _TPOSE_DEG = 3.0
@@ -25,42 +25,42 @@ def retarget(
     name: str = "",
     source: str = "",
     licence: str = "",
-    found: Found | None = None,
+    match: JointMatch | None = None,
     resting: bool = False,
 ) -> Motion:
-    r"""A motion on our joints: T-pose convention, metres, y up.
+    r"""Retargets a clip onto the 24 joints: T-pose convention, metres, y up.
 
     $$G'_j = G_j O_j, \qquad R'_j = {G'_p}^{-1} G'_j$$
 
-    with $G_j$ the global rotation of the source's joint and $O_j$ the constant that takes the bone of our T-pose onto
-    the bone of the source's zero pose (`limb_offsets`). The pelvis is put midway between the source's hip joints, since
-    these carry the legs, whose length the translation is later scaled by. Collars that stand still throughout, as in
-    the CMU recordings, go with the arms (`carried_by_arm`).
+    Here $G_j$ is the global rotation of the source's joint and $O_j$ the constant rotation of the bone of our T-pose
+    onto that of the source's zero pose (`limb_offsets`). The pelvis is placed midway between the source's hip joints,
+    since these carry the legs, by whose length the translation is scaled later. Collars that stand still throughout, as
+    in the CMU recordings, move with the arms (`collar_from_arm`).
 
     Args:
         bvh: The clip as read.
-        unit: `m`, `cm`, `mm`, `inch` or `cmu`; None to guess it from the size.
-        name: What to call it.
-        source: Where it comes from.
+        unit: `m`, `cm`, `mm`, `inch` or `cmu`; None: guessed from the size.
+        name: Name of the motion.
+        source: Where the motion comes from.
         licence: Terms, in short.
-        found: Which joint is which; None: by names, or by their places in the tree.
-        resting: The zero pose is the rest pose of a character, who stands in a T-pose or an A-pose: O is that of
-            `t_pose_turns`, as on the body that is made of the character; collars are as the clip has them.
+        match: Joints of the rig by role; None: by names, or by their places in the tree.
+        resting: Whether the zero pose is the rest pose of a character, a T-pose or an A-pose. Then O is that of
+            `t_pose_turns`, as on the body that is made of the character, and collars move as in the clip.
 
     Raises:
         BadMotion: A joint that is needed is missing, or the unit contradicts the size.
     """
-    found = found or find_joints(bvh.skeleton, name)
-    start = _tpose_frames(bvh, found)
-    rig = stood_upright(bvh, found, start)
+    match = match or find_joints(bvh.skeleton, name)
+    start = _tpose_frames(bvh, match)
+    rig = turn_upright(bvh, match, start)
     leg = float(np.mean([_leg(rig, "left"), _leg(rig, "right")]))
     scale, unit_note = _scale(leg, unit, name, resting)
     offsets = rest_offsets(rig) if resting else limb_offsets(rig)
     rotations = _global_rotations(rig, offsets)
-    collar_note = "" if resting else _lively_collars(rotations)
+    collar_note = "" if resting else _move_collars_with_arms(rotations)
     for joint in reversed(range(1, len(PARENTS))):
         rotations[:, joint] = multiply(inverse(rotations[:, PARENTS[joint]]), rotations[:, joint])
-    hips = [rig.positions[:, found.joints[hip]] for hip in ("left_hip", "right_hip")]
+    hips = [rig.positions[:, match.joints[hip]] for hip in ("left_hip", "right_hip")]
     tpose_note = f"frames 0 to {start - 1} lead out of a T-pose and were dropped" if start else ""
     return Motion(
         rotations=continuous(rotations),
@@ -71,13 +71,18 @@ def retarget(
         source=source,
         licence=licence,
         notes=tuple(
-            note for note in (*_how(found), unit_note, rig.note, tpose_note, collar_note, _ignored(rig)) if note
+            note
+            for note in (*_match_note(match), unit_note, rig.note, tpose_note, collar_note, _ignored_note(rig))
+            if note
         ),
     )
 
 
 def _scale(leg: float, unit: str | None, name: str, resting: bool) -> tuple[float, str]:
-    """Metres in the clip's unit, and why; characters may have any size, since clips are scaled to the body's legs."""
+    """Returns the size of the clip's unit [m], and a note that says how it was found.
+
+    Characters may have any size, since clips are scaled to the body's legs.
+    """
     if not resting:
         unit, note = unit_of(leg, unit, name)
         return UNITS[unit], note
@@ -95,12 +100,12 @@ def _leg(rig: Rig, side: str) -> float:
     return float(np.linalg.norm(thigh) + np.linalg.norm(shank))
 
 
-def _how(found: Found) -> tuple[str, ...]:
-    return (f"joints found by {found.how}",) if found.how else ()
+def _match_note(match: JointMatch) -> tuple[str, ...]:
+    return (f"joints found by {match.how}",) if match.how else ()
 
 
 def _global_rotations(rig: Rig, offsets: dict[str, Quaternion]) -> Float[np.ndarray, "frames 24 4"]:
-    joints = rig.found.joints
+    joints = rig.match.joints
     rotations = np.empty((len(rig.rotations), len(JOINT_NAMES), 4))
     for joint, name in enumerate(JOINT_NAMES):
         if name.startswith("spine"):
@@ -114,34 +119,34 @@ def _global_rotations(rig: Rig, offsets: dict[str, Quaternion]) -> Float[np.ndar
     return rotations
 
 
-def _lively_collars(rotations: Float[np.ndarray, "frames 24 4"]) -> str:
-    """Turn collars that stand still with the arms, in place; the sentence that says so."""
+def _move_collars_with_arms(rotations: Float[np.ndarray, "frames 24 4"]) -> str:
+    """Moves collars that stand still with the arms, in place; returns a note that says so."""
     note = ""
     for side, sign in (("left", 1.0), ("right", -1.0)):
         chest, collar, shoulder = (JOINT_NAMES.index(name) for name in ("spine3", f"{side}_collar", f"{side}_shoulder"))
-        if stand_still(multiply(inverse(rotations[:, chest]), rotations[:, collar])):
-            rotations[:, collar] = carried_by_arm(rotations[:, chest], rotations[:, shoulder], sign)
+        if is_still(multiply(inverse(rotations[:, chest]), rotations[:, collar])):
+            rotations[:, collar] = collar_from_arm(rotations[:, chest], rotations[:, shoulder], sign)
             note = "the collars of the recording stand still: raised and lowered with the arms"
     return note
 
 
 def _spine(rig: Rig, level: int) -> Quaternion:
-    """Global rotation of spine joint 1, 2 or 3, spread evenly over the joints that the rig has."""
-    chain = (rig.found.joints["pelvis"], *rig.found.spine)
-    place = level * len(rig.found.spine) / 3
+    """Returns the global rotation of spine joint 1, 2 or 3, spread evenly over the joints that the rig has."""
+    chain = (rig.match.joints["pelvis"], *rig.match.spine)
+    place = level * len(rig.match.spine) / 3
     below = min(int(place + 1e-9), len(chain) - 2)
     return slerp(rig.rotations[:, chain[below]], rig.rotations[:, chain[below + 1]], place - below)
 
 
-def _ignored(rig: Rig) -> str:
-    used = {*rig.found.joints.values(), *rig.found.spine}
+def _ignored_note(rig: Rig) -> str:
+    used = {*rig.match.joints.values(), *rig.match.spine}
     names = [name for joint, name in enumerate(rig.skeleton.names) if joint not in used]
     return f"joints that only carry others, or are ignored: {', '.join(names)}" if names else ""
 
 
-def _tpose_frames(bvh: Bvh, found: Found) -> int:
-    """How many frames at the start are a T-pose and the run from it into the motion."""
-    used = sorted({*found.joints.values(), *found.spine})
+def _tpose_frames(bvh: Bvh, match: JointMatch) -> int:
+    """Returns the number of frames at the start that are a T-pose and the transition from it into the motion."""
+    used = sorted({*match.joints.values(), *match.spine})
     rotations = bvh.rotations[:, used]
     if len(rotations) < 2:
         return 0

@@ -1,4 +1,4 @@
-"""From the rest pose of a rig to the T-pose."""
+"""Turns the rest pose of a rig into the T-pose."""
 
 from collections.abc import Mapping
 
@@ -7,26 +7,26 @@ import numpy as np
 from hemline.motions.quaternions import Quaternion, Vector, between, from_axis_angle, multiply, rotate
 
 LOWERED_DEG = 12.0
-"""How far a collar is lowered below an arm that hangs, against the T-pose [deg]."""
+"""Angle by which the collar of a hanging arm is lowered from the T-pose [deg]."""
 
 _BENT_DEG = 15.0
-"""A leg whose bones lean so far forward or back at rest is not straight."""
+"""A leg is not straight if its bones lean forward or back by more than this at rest [deg]."""
 _OUT, _DOWN = np.array([1.0, 0, 0]), np.array([0.0, -1, 0])
 _IDENTITY = np.array([1.0, 0, 0, 0])
 
 
 def t_pose_turns(places: Mapping[str, Vector]) -> dict[str, Quaternion]:
-    """Global rotations that take limbs at rest to the T-pose: arms along x, legs vertical from the front.
+    """Returns global rotations that turn limbs at rest to the T-pose: arms along x, legs vertical from the front.
 
-    Each limb bone takes its parent's rotation, then the smallest one that aligns it; trunk, head and feet keep theirs.
-    A collar is lowered at rest by 12 degrees times how far down the arm points.
+    Each limb bone takes its parent's rotation, then the smallest one that aligns it; trunk, head and feet do not turn.
+    A collar is assumed to be lowered at rest by 12 degrees times the cosine between the arm and straight down.
 
     Args:
-        places: Where the rig's joints are at rest, by our names, y up, facing +z; collars, feet and hands where the rig
-            has them [m].
+        places: Positions of the rig's joints at rest by name, y up, facing +z; collars, feet and hands are optional
+            [m].
 
     Returns:
-        A rotation for each joint of an arm or leg that is there.
+        A rotation for each joint of arms and legs that the rig has.
     """
     turns: dict[str, Quaternion] = {}
     for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -37,22 +37,22 @@ def t_pose_turns(places: Mapping[str, Vector]) -> dict[str, Quaternion]:
             turn = from_axis_angle(np.array([0, 0, sign * np.deg2rad(LOWERED_DEG) * max(down, 0.0)]))
             turns[f"{side}_collar"] = turn
         for name, start, end in (("shoulder", arm[0], arm[1]), ("elbow", arm[1], arm[2])):
-            turn = turns[f"{side}_{name}"] = _aligned(turn, end - start, sign * _OUT)
+            turn = turns[f"{side}_{name}"] = _align(turn, end - start, sign * _OUT)
         hand = places.get(f"{side}_hand")
-        turns[f"{side}_wrist"] = turn if hand is None else _aligned(turn, hand - arm[2], sign * _OUT)
+        turns[f"{side}_wrist"] = turn if hand is None else _align(turn, hand - arm[2], sign * _OUT)
         turns[f"{side}_hand"] = turns[f"{side}_wrist"]
         leg = [np.asarray(places[f"{side}_{name}"], np.float64) for name in ("hip", "knee", "ankle")]
         thigh, shank = leg[1] - leg[0], leg[2] - leg[1]
         if max(_leaning_deg(thigh), _leaning_deg(shank)) > _BENT_DEG:
-            turns[f"{side}_hip"] = _aligned(_IDENTITY, thigh, _DOWN)
-            turns[f"{side}_knee"] = _aligned(turns[f"{side}_hip"], shank, _DOWN)
+            turns[f"{side}_hip"] = _align(_IDENTITY, thigh, _DOWN)
+            turns[f"{side}_knee"] = _align(turns[f"{side}_hip"], shank, _DOWN)
         else:
             turns[f"{side}_hip"] = turns[f"{side}_knee"] = between(thigh * [1, 1, 0], _DOWN)
     return turns
 
 
-def _aligned(turn: Quaternion, bone: Vector, direction: Vector) -> Quaternion:
-    """A rotation, and after it the smallest that takes the turned bone to a direction."""
+def _align(turn: Quaternion, bone: Vector, direction: Vector) -> Quaternion:
+    """Returns a rotation followed by the smallest one that aligns the turned bone with a direction."""
     turned = rotate(turn, bone)
     return multiply(between(turned, direction), turn) if np.linalg.norm(bone) > 0 else turn
 

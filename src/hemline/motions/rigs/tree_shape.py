@@ -1,27 +1,27 @@
-"""Limbs and head of a rig whose names say nothing, by their places in the tree of joints."""
+"""Finds limbs and head of a rig without known names, by their places in the tree of joints."""
 
 import itertools
 
 import numpy as np
 
 from hemline.arrays import Float
-from hemline.motions.bvh import Skeleton
+from hemline.motions.bvh import BvhSkeleton
 
-_MIRRORED = 0.12
-"""Two joints are mirror images where they are so far from it, as a share of the rig's size, at most."""
-_LIMB = 0.08
-"""Each of the two bones of an arm or leg has this share of the rig's size at least."""
-_JUDGED = 5000
-"""Pairs of siblings that are looked at, at most."""
+_MIRROR_TOLERANCE = 0.12
+"""Largest distance of two joints from being mirror images, as a fraction of the rig's size."""
+_LEAST_BONE = 0.08
+"""Least length of the two bones of an arm or leg, as a fraction of the rig's size."""
+_PAIRS_MAX = 5000
+"""Largest number of pairs of siblings that are considered."""
 
 
-def joints_by_shape(skeleton: Skeleton) -> dict[str, int] | None:
-    """Hips, knees, ankles, shoulders, elbows, wrists, head (and toes) of a humanoid; None where it is none.
+def joints_by_shape(skeleton: BvhSkeleton) -> dict[str, int] | None:
+    """Returns hips, knees, ankles, shoulders, elbows, wrists, head (and toes); None if the rig is not a humanoid.
 
-    Two siblings whose chains are mirror images across a plane, one pair the lowest of all, are the legs; one whose
-    chains reach out widest, above, are the arms; what goes up from between the arms is the neck and head. In a chain
-    the two longest bones after each other are thigh and shank, or upper arm and forearm. The toes tell where the front
-    is; without toes it is +z where y is up, and -y where z is up.
+    Candidates are pairs of siblings whose chains are mirror images across a plane. The lowest pair are the legs. Of
+    those above, the pair that reaches out farthest are the arms. The chain that goes up between the arms is neck and
+    head. In a chain, the two longest consecutive bones are thigh and shank, or upper arm and forearm. The toes point to
+    the front; without toes it is +z if y is up, and -y if z is up.
 
     Args:
         skeleton: The rig, its zero pose standing or in a T-pose; y or z is up.
@@ -33,14 +33,14 @@ def joints_by_shape(skeleton: Skeleton) -> dict[str, int] | None:
     if not size > 0:
         return None
     tree = _Tree(skeleton, places)
-    found = [_standing(tree, size, up, across) for up, across in ((1, 0), (2, 0), (1, 2), (2, 1))]
-    return next((each for each in found if each is not None), None)
+    candidates = [_standing(tree, size, up, across) for up, across in ((1, 0), (2, 0), (1, 2), (2, 1))]
+    return next((each for each in candidates if each is not None), None)
 
 
 class _Tree:
-    """Children, and the chain down from each joint to the end that is farthest along the bones."""
+    """Children of the joints, and the chain from each joint down to the end that is farthest along the bones."""
 
-    def __init__(self, skeleton: Skeleton, places: Float[np.ndarray, "joints 3"]) -> None:
+    def __init__(self, skeleton: BvhSkeleton, places: Float[np.ndarray, "joints 3"]) -> None:
         self.places, self.ends = places, skeleton.ends
         self.children: list[list[int]] = [[] for _ in skeleton.names]
         self.roots = [joint for joint, parent in enumerate(skeleton.parents) if parent < 0]
@@ -57,41 +57,41 @@ class _Tree:
         self._limbs: dict[int, list[int] | None] = {}
 
     def chain(self, joint: int) -> list[int]:
-        """From a joint down to the farthest end."""
+        """Returns the chain from a joint down to the farthest end."""
         line = [joint]
         while (after := self._after[line[-1]]) >= 0:
             line.append(after)
         return line
 
     def limb(self, joint: int) -> list[int] | None:
-        """The three joints of that chain whose two bones are the longest."""
+        """Returns the three joints of that chain whose two bones are the longest."""
         if joint not in self._limbs:
             self._limbs[joint] = _longest_two(self.places, self.chain(joint))
         return self._limbs[joint]
 
     def below(self, joint: int) -> list[int]:
-        """A joint and all that hang from it."""
-        found = [joint]
-        for each in found:
-            found += self.children[each]
-        return found
+        """Returns a joint and all joints that hang from it."""
+        candidates = [joint]
+        for each in candidates:
+            candidates += self.children[each]
+        return candidates
 
     def pairs(self) -> list[tuple[int, int, int]]:
-        """Each joint with two of its children."""
+        """Returns each joint with two of its children."""
         each = ((p, a, b) for p, below in enumerate(self.children) for a, b in itertools.combinations(below, 2))
-        return list(itertools.islice(each, _JUDGED))
+        return list(itertools.islice(each, _PAIRS_MAX))
 
 
 def _standing(tree: _Tree, size: float, up: int, across: int) -> dict[str, int] | None:
-    """The joints, if this axis is up and that one points from side to side."""
+    """Returns the joints, if the axis `up` is up and `across` points from side to side."""
     places = tree.places
     mirrored = []
     for parent, one, other in tree.pairs():
         limbs = [limb for limb in (tree.limb(one), tree.limb(other)) if limb is not None]
-        if len(limbs) < 2 or _apart(places, limbs[0], limbs[1], across) > _MIRRORED * size:
+        if len(limbs) < 2 or _mirror_error(places, limbs[0], limbs[1], across) > _MIRROR_TOLERANCE * size:
             continue
         bones = np.linalg.norm(np.diff(places[np.array(limbs)], axis=1), axis=2)
-        if bones.min() >= _LIMB * size:
+        if bones.min() >= _LEAST_BONE * size:
             mirrored.append((parent, (tree.chain(one), tree.chain(other)), limbs))
     if len(mirrored) < 2:
         return None
@@ -106,11 +106,11 @@ def _standing(tree: _Tree, size: float, up: int, across: int) -> dict[str, int] 
     head = _head(tree, arms, up)
     if head is None or places[head, up] <= places[arms[0], up]:
         return None
-    return _sided(tree, legs, arms, head, up, across)
+    return _assign_sides(tree, legs, arms, head, up, across)
 
 
 def _longest_two(places: np.ndarray, chain: list[int]) -> list[int] | None:
-    """Three joints after each other in a chain whose two bones are the longest."""
+    """Returns the three consecutive joints of a chain whose two bones are the longest."""
     if len(chain) < 3:
         return None
     bones = np.linalg.norm(np.diff(places[chain], axis=0), axis=1)
@@ -118,8 +118,8 @@ def _longest_two(places: np.ndarray, chain: list[int]) -> list[int] | None:
     return chain[first : first + 3]
 
 
-def _apart(places: np.ndarray, one: list[int], other: list[int], across: int) -> float:
-    """How far two limbs are from being mirror images across the plane between them."""
+def _mirror_error(places: np.ndarray, one: list[int], other: list[int], across: int) -> float:
+    """Returns the distance of two limbs from being mirror images across the plane between them."""
     mirrored = places[other].copy()
     middle = (places[one, across] + places[other, across]).mean() / 2
     mirrored[:, across] = 2 * middle - mirrored[:, across]
@@ -136,7 +136,7 @@ def _length(places: np.ndarray, start: int, end: int) -> float:
 
 
 def _head(tree: _Tree, arms: tuple, up: int) -> int | None:
-    """The end of what goes up from between the arms, or the joint below it where that is a mere tip."""
+    """Returns the end of the chain that goes up between the arms, or the joint below it if the end is a mere tip."""
     others = [child for child in tree.children[arms[0]] if child not in (arms[1][0][0], arms[1][1][0])]
     if not others:
         return None
@@ -147,8 +147,8 @@ def _head(tree: _Tree, arms: tuple, up: int) -> int | None:
     return line[min(1, len(line) - 1)]
 
 
-def _sided(tree: _Tree, legs: tuple, arms: tuple, head: int, up: int, across: int) -> dict[str, int]:
-    """Left and right told apart by where the toes point."""
+def _assign_sides(tree: _Tree, legs: tuple, arms: tuple, head: int, up: int, across: int) -> dict[str, int]:
+    """Tells left from right by the direction of the toes, and names the joints."""
     places = tree.places
     ahead = 3 - up - across
     toes = [_tip(tree, chain, limb) - places[limb[2]] for chain, limb in zip(legs[1], legs[2], strict=True)]

@@ -1,4 +1,4 @@
-"""The unit of a clip, guessed from the length of the legs."""
+"""Guesses the unit of a clip from the length of the legs."""
 
 from collections.abc import Mapping
 
@@ -7,28 +7,28 @@ import numpy as np
 from hemline.errors import BadMotion
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}
-"""Metres in each unit that is known; `cmu` is the unit of the CMU recordings, 1/0.45 inch."""
+"""Known units [m]; `cmu` is the unit of the CMU recordings, 1/0.45 inch."""
 
 METRIC = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
-"""Those of characters; MakeHuman's own is the decimetre."""
+"""Units of characters [m]; MakeHuman uses the decimetre."""
 
 USUAL_LEG = 0.84
-"""Hip to knee to ankle of a person of middle height [m]."""
+"""Length of the leg, hip to knee to ankle, of a person of middle height [m]."""
 
 _LEG_RANGE = (0.3, 1.5)
 
 
 def unit_of(leg: float, declared: str | None, file: str, *, units: Mapping[str, float] = UNITS) -> tuple[str, str]:
-    """The unit of a skeleton, and the sentence that says why.
+    """Returns the unit of a skeleton, and a sentence that says how it was found.
 
     Args:
-        leg: Hip to knee to ankle, in the file's unit.
-        declared: The unit that the user names, or None to guess.
-        file: Name of the file, for messages.
-        units: Metres in each unit that it may be.
+        leg: Length from hip to knee to ankle, in the file's unit.
+        declared: Unit that the user names; None: guessed.
+        file: Name of the file in error messages.
+        units: Possible units [m].
 
     Raises:
-        BadMotion: The declared unit is not known or contradicts the size, or no unit makes a person of it.
+        BadMotion: The declared unit is unknown or contradicts the size, or no unit gives the size of a person.
     """
     if declared is not None and declared not in units:
         raise BadMotion(f"unit of {file} must be one of {', '.join(units)}", f"'{declared}'", "name one of them")

@@ -1,4 +1,4 @@
-"""One frame of a garment on a body, as it is shown."""
+"""One frame of a garment on a body."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,45 +15,53 @@ from hemline.collide import ProjectionReport
 class Frame:
     """One frame of a garment on a body, in the world.
 
-    A body that is more than 64 m from the world's origin is played near zero, and then moved. Far away single precision
-    blurs what is moved: at 100 km its steps are 8 mm, at 1,000 km 6 cm. `local` is not blurred: draw that, as an object
-    at `origin`.
+    A body more than 64 m from the origin of the world is played near zero and then moved, where single precision rounds
+    its vertices: to 8 mm at 100 km, to 6 cm at 1,000 km. `local` is not rounded: draw it as an object at `origin`.
     """
 
     vertices: Vertices
     """Garment vertices after the projection [m]."""
     animated: Vertices
-    """What the animator made [m]."""
-    held: Vertices
-    """The same after whole-cloth step and cover, before the projection [m]; what the animator made without both."""
+    """Garment vertices from the animator [m]."""
+    before_projection: Vertices
+    """Garment vertices after whole-cloth step and cover, before the projection [m]; those of the animator where both
+    are off."""
     body: PosedBody
     """The body of this frame."""
     report: ProjectionReport
-    """What the projection did."""
+    """Report of the projection."""
     milliseconds: Mapping[str, float]
-    """Time by stage [ms]: `body`, `animator`, `whole`, `cover`, `projection`; `layers` of several garments."""
+    """Time of each stage [ms]: `body`, `animator`, `whole`, `cover`, `projection`; `layers` for several garments."""
     novelty: float | None = None
-    """How far the pose is from all poses of the fit, see `Bounded`; None where the animator cannot tell."""
+    """Distance of the pose from all poses of the fit, see `Bounded`; None where the animator does not know it."""
     terms: tuple[str, ...] = ()
-    """Terms of the model and of its garment, which go along into whatever is exported."""
+    """Licence terms of model and garment, which exports carry on."""
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Place in the world that `local` is counted from [m]: a whole number of 64 m along each axis, 0 near the world's
-    own origin."""
+    """Origin of `local` in the world [m]: a multiple of 64 m along each axis, 0 near the origin of the world."""
     _local: "Frame | None" = None
 
     @property
     def local(self) -> "Frame":
-        """This frame with all positions counted from `origin`: exact however far that is. Near 0 the frame itself."""
+        """This frame with all positions relative to `origin`, exact at any distance; near 0 the frame itself."""
         return self if self._local is None else self._local
 
     def in_world(self, body: PosedBody) -> Self:
-        """A frame that is counted from its body's origin, in the world.
+        """Returns this frame, which is relative to the origin of its body, in the world.
 
         Args:
-            body: Its body in the world.
+            body: The body in the world.
         """
         origin = self.body.origin
-        vertices, animated, held = (
-            (each + np.array(origin)).astype(np.float32) for each in (self.vertices, self.animated, self.held)
+        vertices, animated, before_projection = (
+            (each + np.array(origin)).astype(np.float32)
+            for each in (self.vertices, self.animated, self.before_projection)
         )
-        return replace(self, vertices=vertices, animated=animated, held=held, body=body, origin=origin, _local=self)
+        return replace(
+            self,
+            vertices=vertices,
+            animated=animated,
+            before_projection=before_projection,
+            body=body,
+            origin=origin,
+            _local=self,
+        )

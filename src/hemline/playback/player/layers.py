@@ -1,8 +1,8 @@
-"""Garments worn together in a player: which of them settle, and what keeps each out of those beneath it."""
+"""Garments worn together in a player: which vertices settle, and the projection of one or several garments."""
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -12,26 +12,25 @@ from hemline.arrays import Bool, Vertices
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.collide import (
     Cover,
+    GarmentOnBody,
     Guarantee,
     LayeredProjector,
-    LayersState,
     PosedSurface,
     ProjectionReport,
     Projector,
-    ProjectorState,
-    GarmentOnBody,
 )
 from hemline.errors import BadInput
-from hemline.garments import Garment, pieces_apart
+from hemline.garments import Garment, split_pieces
 from hemline.playback.detail import LevelOnBody
 
 THICKNESS_MM = 1.5
 """Least distance of a garment from the one beneath it, where it must be moved [mm]."""
 THICKEST_MM = 10.0
+"""Largest such distance [mm]."""
 
 
 def check_thickness(thickness_mm: float) -> None:
-    """Refuse a distance between garments that cloth does not have.
+    """Refuses a distance between garments that cloth does not have.
 
     Args:
         thickness_mm: The distance [mm].
@@ -48,7 +47,7 @@ def check_thickness(thickness_mm: float) -> None:
 
 
 def settled_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
-    """Which vertices of its garment are of `SettledGarments` animators.
+    """Returns which vertices of the garment belong to `Settled` animators.
 
     Args:
         animator: One animator, or several worn together.
@@ -58,10 +57,12 @@ def settled_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
 
 
 def rest_function(animator: Animator) -> Callable[[Any], Vertices]:
-    """What takes a State to the garment at rest on its body (verts, 3) [m]: zeros where the animator is not `SettledGarments`.
+    """Returns a function from a State to the garment at rest on its body (verts, 3) [m].
+
+    Vertices of animators that are not `Settled` are zero.
 
     Args:
-        animator: One animator, or several worn together, whose States come together.
+        animator: One animator, or several worn together, with a tuple of their States.
     """
     if isinstance(animator, AnimatorTogether):
         each = [rest_function(part) for part in animator.parts]
@@ -73,20 +74,47 @@ def rest_function(animator: Animator) -> Callable[[Any], Vertices]:
 
 
 def covers_of(garment: Garment, shaped: ShapedBody) -> tuple[Cover, ...]:
-    """What moves each piece of a garment over the skin: the cloth nearest to it, whatever is worn over that.
+    """Returns a `Cover` for each piece of a garment, each of the cloth nearest to the skin.
 
     Args:
-        garment: One garment, or several that are worn together.
+        garment: One garment, or several worn together.
         shaped: The body on which it was made.
     """
-    pieces = [garment.faces[garment.face_pieces == at] for at in range(len(garment.worn))]
+    pieces = [garment.faces[garment.face_pieces == at] for at in range(len(garment.layers))]
     each = pieces if len(pieces) > 1 else [garment.faces]
     return tuple(Cover.prepare(shaped, garment.vertices, faces) for faces in each)
 
 
+class FrameProjector(Protocol):
+    """Projection of one garment, or of several worn together, out of the body."""
+
+    @property
+    def on_body(self) -> GarmentOnBody:
+        """The garment in relation to the body."""
+        ...
+
+    def start(self) -> Any:
+        """Returns the state before the first frame."""
+        ...
+
+    def project(
+        self, state: Any, posed: PosedBody, vertices: Vertices, *, dt: float, surface: PosedSurface | None
+    ) -> tuple[Any, Vertices, ProjectionReport]:
+        """Projects one frame, see `hemline.collide.Projector.project`.
+
+        Args:
+            state: State of this projector after the previous frame.
+            posed: The body in this frame.
+            vertices: The garment [m].
+            dt: Time since the previous frame [s].
+            surface: Surface of the body in this frame.
+        """
+        ...
+
+
 def projector_of(
     level: LevelOnBody,
-    worn: GarmentOnBody,
+    on_body: GarmentOnBody,
     settled: Bool[np.ndarray, " verts"],
     thickness_mm: float,
     *,
@@ -94,28 +122,30 @@ def projector_of(
     measure: bool,
     whole: bool,
     detail: float,
-) -> Projector | LayeredProjector:
-    """The projection of one garment, or of several that are worn together.
+) -> FrameProjector:
+    """Prepares the projection of one garment, or of several worn together.
 
     Args:
-        level: One garment, or several as its pieces, and the body.
-        worn: Both.
-        settled: As `settled_vertices`.
-        thickness_mm: Distance of garments [mm].
-        guarantee: As for `Projector.prepare`.
-        measure: As for `Projector.prepare`.
-        whole: As for `Player.prepare`.
-        detail: As for `Player.prepare`.
+        level: The garment, of several pieces where several garments are worn, and the body.
+        on_body: The garment in relation to the body.
+        settled: Result of `settled_vertices`.
+        thickness_mm: Least distance of a garment from the one beneath it [mm].
+        guarantee: See `Projector.prepare`.
+        measure: See `Projector.prepare`.
+        whole: See `Player.prepare`.
+        detail: See `Player.prepare`.
     """
     garment, body = level.garment, level.body
-    pieces = pieces_apart(garment)
+    pieces = split_pieces(garment)
     if len(pieces) == 1:
-        return Projector.prepare(body, garment.vertices, garment.faces, guarantee=guarantee, measure=measure, on_body=worn)
+        return Projector.prepare(
+            body, garment.vertices, garment.faces, guarantee=guarantee, measure=measure, on_body=on_body
+        )
     bounds = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
     return LayeredProjector.prepare(
         body,
         pieces,
-        worn,
+        on_body,
         thickness=1e-3 * thickness_mm,
         guarantee=guarantee,
         measure=measure,
@@ -123,28 +153,3 @@ def projector_of(
         cover=whole,
         detail=detail,
     )
-
-
-def projected_by(
-    projector: Projector | LayeredProjector,
-    state: ProjectorState | LayersState,
-    posed: PosedBody,
-    vertices: Vertices,
-    dt: float,
-    surface: PosedSurface,
-) -> tuple[ProjectorState | LayersState, Vertices, ProjectionReport]:
-    """One frame of either, see `Projector.project`.
-
-    Args:
-        projector: Of one garment, or of several.
-        state: Its own, from the frame before.
-        posed: The body now.
-        vertices: The garment [m].
-        dt: Time since the frame before [s].
-        surface: The body's surface now.
-    """
-    if isinstance(projector, LayeredProjector):
-        assert isinstance(state, LayersState)
-        return projector.project(state, posed, vertices, dt=dt, surface=surface)
-    assert isinstance(state, ProjectorState)
-    return projector.project(state, posed, vertices, dt=dt, surface=surface)

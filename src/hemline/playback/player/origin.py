@@ -1,8 +1,7 @@
-"""Where positions are counted from while a body is played: near it, so that far from the world's origin nothing blurs.
+"""A local origin near the body, so that positions are exact far from the origin of the world.
 
-Single precision, in which skin and cloth are, has steps of a hundredth of a millimetre at 100 m and of six centimetres
-at 1,000 km. So a body that has gone far is played as if it were near zero, and what a `Frame` says of the world is
-that, moved.
+Skin and cloth are in single precision, which has steps of a hundredth of a millimetre at 100 m and of six centimetres
+at 1,000 km. So a body far away is played as if it were near zero, and the frame is moved to its place in the world.
 """
 
 from dataclasses import replace
@@ -11,8 +10,9 @@ import numpy as np
 
 from hemline.animators import Animator, AnimatorTogether
 from hemline.animators.base import Level, Movable
-from hemline.animators.teleport import TELEPORT_SPEED, RigidTransform
 from hemline.animators.redressed import AnimatorRedressed
+from hemline.animators.rigid_transform import RigidTransform
+from hemline.animators.teleport import TELEPORT_SPEED
 from hemline.bodies.body import PosedBody
 from hemline.errors import BadInput
 from hemline.motions.motion import Pose
@@ -25,24 +25,24 @@ Origin = tuple[float, float, float]
 
 WORLD_ORIGIN: Origin = (0.0, 0.0, 0.0)
 ORIGIN_SPACING = 64.0
-"""A body that gets farther from the origin along an axis has a new one, a whole number of this length away [m]."""
+"""Distance from the origin, along an axis, beyond which a body gets a new one, at a multiple of this length [m]."""
 TELEPORT_DISTANCE = 32.0
-"""A body that needs a new origin and came farther than this in a frame was put there [m]."""
+"""Distance in one frame beyond which a body that needs a new origin counts as teleported [m]."""
 FARTHEST_BODY = 2.0**20
-"""Bodies are played up to here [m]: places in single precision are an eighth of a metre apart there."""
+"""Largest coordinate of a body [m]; steps of single precision are an eighth of a metre there."""
 
 NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def origin_for(pose: Pose, before: Origin = WORLD_ORIGIN) -> Origin:
-    """The origin from which a pose is played: the one before, as long as the body is near it.
+    """Returns the origin for a pose: the previous one as long as the body is near it.
 
     Args:
         pose: A pose in the world.
-        before: That of the frame before.
+        before: Origin of the previous frame.
 
     Raises:
-        BadInput: The body is too far away to have a place.
+        BadInput: The body is too far away to be played.
     """
     pelvis = pose.translation.astype(np.float64)
     if not np.abs(pelvis).max() <= FARTHEST_BODY:
@@ -58,14 +58,14 @@ def origin_for(pose: Pose, before: Origin = WORLD_ORIGIN) -> Origin:
 
 
 def relative_to(pose: Pose, origin: Origin) -> Pose:
-    """A pose of the world counted from an origin, exactly: a whole number of steps of single precision is taken off."""
+    """Returns a pose of the world relative to an origin; the subtraction is exact in single precision."""
     if origin == WORLD_ORIGIN:
         return pose
-    return pose.placed_at((pose.translation.astype(np.float64) - origin).astype(np.float32))
+    return pose.move_to((pose.translation.astype(np.float64) - origin).astype(np.float32))
 
 
 def in_world(posed: PosedBody, pose: Pose) -> PosedBody:
-    """A body that is counted from its origin, in the world, as far as single precision goes.
+    """Returns a body that is relative to its origin in the world, as exactly as single precision allows.
 
     Args:
         posed: The body.
@@ -80,7 +80,7 @@ def in_world(posed: PosedBody, pose: Pose) -> PosedBody:
 
 
 def is_movable(animator: Animator) -> bool:
-    """Whether an animator's States can be put elsewhere; of several, those of all."""
+    """Whether the States of an animator, and of each of its parts, can be moved elsewhere."""
     if isinstance(animator, AnimatorTogether):
         return all(is_movable(part) for part in animator.parts)
     if isinstance(animator, AnimatorRedressed):
@@ -89,25 +89,29 @@ def is_movable(animator: Animator) -> bool:
 
 
 def carry_motion(before: Pose, pose: Pose, origins: tuple[Origin, Origin], dt: float) -> RigidTransform | None:
-    """How the garment goes along before a frame is played, from one origin to the next; None: it stays where it is.
+    """Returns the rigid motion that carries the garment along before a frame is played; None: it stays.
 
-    It goes along with a body that was put elsewhere, or came so quickly that no time was to be seen. Of the way in a
-    pause it goes along on that part for which no time is played: what is played is as fast as the body went.
+    It follows a teleported body entirely. In a pause it follows the body for the time that is skipped, so that the rest
+    is played at the speed of the body.
 
     Args:
-        before: The pose of the frame before, seen from its origin.
-        pose: The pose in the world.
-        origins: That origin, and the one of this frame.
-        dt: Time between them [s].
+        before: Previous pose, relative to its origin.
+        pose: Present pose, in the world.
+        origins: Previous and present origin.
+        dt: Time between both [s].
     """
     old, new = (np.array(each) for each in origins)
     pelvis, there = before.translation + old, pose.translation.astype(np.float64)
-    far = float(np.linalg.norm(there - pelvis))
-    put = dt < SHORTEST_STEP or (origins[0] != origins[1] and far > TELEPORT_DISTANCE) or (dt > LONGEST_STEP and far > TELEPORT_SPEED * dt)
-    share = 1.0 if put else 1 - LONGEST_STEP / dt if dt > LONGEST_STEP else 0.0
-    if share == 0:
-        return None if origins[0] == origins[1] else RigidTransform.shifted(old - new)
+    distance = float(np.linalg.norm(there - pelvis))
+    teleported = (
+        dt < SHORTEST_STEP
+        or (origins[0] != origins[1] and distance > TELEPORT_DISTANCE)
+        or (dt > LONGEST_STEP and distance > TELEPORT_SPEED * dt)
+    )
+    fraction = 1.0 if teleported else 1 - LONGEST_STEP / dt if dt > LONGEST_STEP else 0.0
+    if fraction == 0:
+        return None if origins[0] == origins[1] else RigidTransform.translation(old - new)
     one, two = (heading(each.rotations[0].astype(np.float64)) for each in (before, pose))
-    turn = to_matrix(slerp(NO_TURN, multiply(two, inverse(one)), share))
-    about = RigidTransform(turn, pelvis - turn @ pelvis + share * (there - pelvis))
-    return RigidTransform.shifted(-new).after(about).after(RigidTransform.shifted(old))
+    turn = to_matrix(slerp(NO_TURN, multiply(two, inverse(one)), fraction))
+    about = RigidTransform(turn, pelvis - turn @ pelvis + fraction * (there - pelvis))
+    return RigidTransform.translation(-new).after(about).after(RigidTransform.translation(old))

@@ -1,4 +1,4 @@
-"""What moves from frame to frame of a player, and how it goes along with a body that went far or was put elsewhere."""
+"""State of a player between frames, and how it follows a body that went far or was teleported."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -8,32 +8,33 @@ from hemline.bodies.body import ShapedBody
 from hemline.collide import LayersState, ProjectorState, WholeState
 from hemline.motions.motion import Pose
 
+from .origin import WORLD_ORIGIN, Origin, carry_motion, is_movable, origin_for
 from .time_step import LONGEST_STEP, SHORTEST_STEP
-from .origin import WORLD_ORIGIN, Origin, is_movable, origin_for, carry_motion
 
 
 @dataclass(frozen=True)
 class PlayerState:
-    """All that moves from frame to frame: plain data, never changed in place. Keeping an old one is a rollback."""
+    """Everything that changes from frame to frame: plain data, never changed in place. An old one is a rollback."""
 
     animator: Any
-    """The animator's own State."""
+    """State of the animator."""
     whole: WholeState | None
-    """None where the step is off."""
+    """State of the whole-cloth step; None where it is off."""
     projector: ProjectorState | LayersState
+    """State of the projection."""
     origin: Origin = WORLD_ORIGIN
-    """Place in the world that all of it is counted from [m]."""
+    """Origin of all positions in the world [m]."""
     pose: Pose | None = None
-    """The body's, counted from there; None: nothing is known of it, so that the garment is not carried over a pause."""
+    """Pose of the body relative to the origin; None: unknown, so that the garment is not carried over a pause."""
 
     def relocate(self, animator: Animator, body: ShapedBody, pose: Pose, dt: float) -> "PlayerState":
-        """The state before a frame, counted from the origin of that frame, and carried over a pause.
+        """Returns this state relative to the origin of the next frame, and carried over a pause.
 
         Args:
-            animator: The animator that it is a state of.
+            animator: The animator of this state.
             body: The body that wears the garment.
-            pose: The pose of the frame, in the world.
-            dt: Time since the state, all of it [s].
+            pose: Pose of the next frame, in the world.
+            dt: Whole time since this state [s].
 
         Raises:
             BadInput: The pose is too far away to be played.
@@ -42,7 +43,7 @@ class PlayerState:
         usual = origin == self.origin and SHORTEST_STEP <= dt <= LONGEST_STEP
         if usual or self.pose is None or not (is_movable(animator) and isinstance(animator, Movable)):
             return self
-        way = carry_motion(self.pose, pose, (self.origin, origin), dt)
-        if way is None:
+        motion = carry_motion(self.pose, pose, (self.origin, origin), dt)
+        if motion is None:
             return self
-        return replace(self, animator=animator.relocate(self.animator, body, way), origin=origin)
+        return replace(self, animator=animator.relocate(self.animator, body, motion), origin=origin)

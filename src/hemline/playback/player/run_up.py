@@ -1,4 +1,4 @@
-"""How the body comes from its rest pose to the first pose that is shown."""
+"""The run-up of a body from its rest pose to the first pose that is shown."""
 
 import numpy as np
 
@@ -8,14 +8,14 @@ from hemline.motions.motion import Motion, Pose
 
 
 def run_up(body: ShapedBody, first: Pose, second: Pose | None, frames: int, dt: float) -> list[Pose]:
-    """Poses before the first one, and that one last; it alone without any frames.
+    """Returns the poses of the run-up, followed by the first pose that is shown.
 
     Args:
         body: The body; poses are placed on it.
         first: The first pose that is shown.
-        second: Where the pelvis is a time `dt` later, to whose speed the body runs up; None: it stands.
-        frames: How many poses come before.
-        dt: Time from one to the next [s].
+        second: The pose a time `dt` later, to whose speed the body accelerates; None: it stands.
+        frames: Number of poses before the first one.
+        dt: Time between poses [s].
     """
     if frames < 1:
         return [first]

@@ -1,25 +1,25 @@
-"""How long a frame is taken to last: neither so short that rates are noise, nor so long that it takes seconds."""
+"""Limits on the length of a time step: long enough for meaningful rates, short enough for the frame to stay cheap."""
 
 from hemline.errors import BadInput
 
 SHORTEST_STEP = 1e-4
-"""A shorter frame is taken for one of this length, in which the body goes nowhere [s]: else rounding would be speed."""
+"""Shortest step [s]; the body stands still in a shorter one, since rounding would look like speed."""
 LONGEST_STEP = 0.25
-"""Of a longer frame only this much is played [s]: after a pause the next frame must not take longer than others."""
+"""Longest step that is played [s]; of a pause the rest is skipped, so that its frame costs no more than others."""
 SHORTEST_RUN_UP_STEP = 1e-3
-"""Shortest step of a run-up [s]: as at 1000 frames a second, the highest rate that `play` takes."""
+"""Shortest step of a run-up [s], as at 1000 frames per second, the highest rate that `play` accepts."""
 LONGEST_PRE_ROLL = 600.0
-"""A run-up takes no longer [s]."""
+"""Longest run-up [s]."""
 
 
 def clamp_dt(dt: float) -> float:
-    """How much of a frame is played [s].
+    """Returns the part of a time step that is played [s].
 
     Args:
-        dt: Time since the frame before [s].
+        dt: Time since the previous frame [s].
 
     Raises:
-        BadInput: It is not a positive time.
+        BadInput: `dt` is not a positive time.
     """
     if not 0 < dt < float("inf"):
         raise BadInput("a frame must take a positive time", f"dt = {dt} s", "give the time since the last frame")
@@ -27,11 +27,11 @@ def clamp_dt(dt: float) -> float:
 
 
 def run_up_steps(pre_roll: float, dt: float) -> tuple[int, float]:
-    """How many steps a run-up takes, and how long each is [s].
+    """Returns the number of steps of a run-up, and the length of each [s].
 
     Args:
         pre_roll: Time before the first pose [s].
-        dt: Length of a step that is asked for [s].
+        dt: Requested length of a step [s].
 
     Raises:
         BadInput: `dt` is not a positive time, or `pre_roll` is negative, not finite or longer than ten minutes.

@@ -11,12 +11,12 @@ from .rows import Rows
 
 
 class Air(NamedTuple):
-    """Force of the air on each vertex as a function of its displacement s in the step: force - matrix s.
+    """Force of the air on each vertex as a function of its displacement s within the step: force - matrix s.
 
     Attributes:
-        start: Where displacements count from [m].
-        force: [N]
-        matrix: Symmetric, as xx, xy, xz, yy, yz, zz [N/m].
+        start: Reference positions of the displacements [m].
+        force: Force at displacement 0 [N].
+        matrix: Symmetric matrix as xx, xy, xz, yy, yz, zz [N/m].
     """
 
     start: Float[np.ndarray, "verts 3"]
@@ -26,7 +26,7 @@ class Air(NamedTuple):
 
 @kernel(inline="always")
 def air_terms(m, f, s0, s1, s2):
-    """Energy s . m s / 2 - f . s of a vertex that has gone s, and its gradient."""
+    """Returns energy s . m s / 2 - f . s of a vertex that has moved by s, and its gradient."""
     a0 = m[0] * s0 + m[1] * s1 + m[2] * s2
     a1 = m[1] * s0 + m[3] * s1 + m[4] * s2
     a2 = m[2] * s0 + m[4] * s1 + m[5] * s2
@@ -36,10 +36,11 @@ def air_terms(m, f, s0, s1, s2):
 
 @kernel(parallel=True)
 def air_by_triangle(x, velocity, wind, faces, drag, lift, half_density, force_out, matrix_out):
-    """A third of the force on each triangle, and a third of D = -dF/dv (symmetric: xx, xy, xz, yy, yz, zz).
+    """Computes a third of the force on each triangle, and a third of D = -dF/dv (xx, xy, xz, yy, yz, zz).
 
-    # model: F = D (wind - v), D = rho/2 A (|u.n| (drag - lift |cos|) I + lift |u| n n^T), u = wind - v
-    # in:  wind, velocity a vertex [m/s]; drag, lift a face; half_density = rho / 2 [kg/m^3]
+    Model: F = D (wind - v), D = rho/2 A (|u.n| (drag - lift |cos|) I + lift |u| n n^T), u = wind - v
+    Reads: wind, velocity (verts, 3) [m/s]; drag, lift (faces,); half_density = rho / 2 [kg/m^3].
+    Writes: force_out (faces, 3) [N]; matrix_out (faces, 6) [N s/m].
     """
     for f in prange(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -73,10 +74,12 @@ def air_by_triangle(x, velocity, wind, faces, drag, lift, half_density, force_ou
 
 @kernel(parallel=True)
 def air_at_vertices(at: Rows, force, matrix, velocity, over_h, force_out, matrix_out):
-    """Air over a step as a function of the displacement s of each vertex: force - matrix s.
+    """Sums the air over the triangles of each vertex, as a function of its displacement s: force - matrix s.
 
-    # model: F(v) = F(v0) - D (v - v0), v = s / h, so force = F(v0) + D v0 and matrix = D / h
-    # in:  at: corners of each vertex, 3 face + corner; force, matrix: by triangle
+    Model: F(v) = F(v0) - D (v - v0), v = s / h, so force = F(v0) + D v0 and matrix = D / h
+    Reads: at: corners of each vertex, 3 face + corner; force (faces, 3), matrix (faces, 6): by triangle; over_h = 1 / h
+        [1/s].
+    Writes: force_out (verts, 3) [N]; matrix_out (verts, 6) [N/m].
     """
     corner_starts, corners = at
     for i in prange(force_out.shape[0]):

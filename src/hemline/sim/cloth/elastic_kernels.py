@@ -1,4 +1,4 @@
-"""Membrane and bending gathered at the vertices; the isometric bending matrix.
+"""Membrane and bending, gathered at the vertices; the isometric bending matrix.
 
 Source: Bergou et al., "A quadratic bending model for inextensible surfaces", SGP 2006, section 3.
 """
@@ -19,9 +19,9 @@ FAST = {"contract", "nsz", "arcp"}
 
 
 class BendingMatrix(NamedTuple):
-    """Off-diagonal entries q_ij of the bending matrix; each diagonal entry is minus the sum of its row [N/m].
+    """Off-diagonal entries q_ij of the bending matrix [N/m]; each diagonal entry is minus the sum of its row.
 
-    Flat, as tuples within tuples take kernels microseconds to unpack.
+    The tuple is flat because tuples within tuples cost kernels microseconds to unpack.
     """
 
     ring_starts: Int[np.ndarray, " verts_and_one"]
@@ -34,11 +34,12 @@ class BendingMatrix(NamedTuple):
 
 @kernel(parallel=True, fastmath=FAST)
 def elastic_at_vertices(x, incidence: Rows, corner, bending: BendingMatrix, bent, elastic_out, energy_out):
-    """Gradient of membrane and bending at each vertex, and by chunk the energy of the bending matrix.
+    """Sums the gradient of membrane and bending at each vertex, and the energy of the bending matrix by chunk.
 
-    # model: bending: E = -1/4 sum q_ij |x_i - x_j|^2
-    # in:  incidence: corners of each vertex, 3 face + corner; corner (faces, 9): gradient of the membrane there; bent
-    #      (verts, 3): gradient of the hinges
+    Model: E = -1/4 sum q_ij |x_i - x_j|^2 (bending)
+    Reads: incidence: corners of each vertex, 3 face + corner; corner (faces, 9): gradient of the membrane there [N];
+        bent (verts, 3): gradient of the hinges [N].
+    Writes: elastic_out (verts, 3) [N]; energy_out (chunks,) [J].
     """
     corner_starts, corners = incidence
     ring_starts, ring, ring_bending, far_starts, far, far_bending = bending
@@ -72,4 +73,4 @@ def elastic_at_vertices(x, incidence: Rows, corner, bending: BendingMatrix, bent
         energy_out[chunk] = energy
 
 
-__all__ = ["VERTEX_CHUNK", "FAST", "BendingMatrix", "elastic_at_vertices"]
+__all__ = ["FAST", "VERTEX_CHUNK", "BendingMatrix", "elastic_at_vertices"]

@@ -1,4 +1,4 @@
-"""Figures of trust: how far a take can be believed."""
+"""Quality figures of a take."""
 
 from collections.abc import Sequence
 
@@ -11,10 +11,10 @@ from .sheet import Sheet
 
 
 def strain_figures(sheet: Sheet, vertices: FramesOfVertices, pinned: Mask) -> dict[str, float]:
-    """Strain over all frames, of edges that are not pinned at both ends, as shares.
+    """Returns edge strains over all frames, as fractions, without edges that are pinned at both ends.
 
-    `edge_strain_p50`, `_p99`, `_max` count stretched and shortened edges alike; `edge_tension_p99` counts shortened
-    ones as 0, `edge_compression_p99` stretched ones. Cloth shortens where it buckles within a triangle.
+    `edge_strain_p50`, `_p99` and `_max` count stretched and shortened edges alike. `edge_tension_p99` counts shortened
+    edges as 0, `edge_compression_p99` counts stretched edges as 0. Edges shorten where cloth buckles within a triangle.
     """
     strain = strains(vertices, sheet.edges, sheet.edge_length.astype(np.float32))
     strain = strain[:, ~pinned[sheet.edges].all(axis=1)].ravel()
@@ -30,19 +30,21 @@ def strain_figures(sheet: Sheet, vertices: FramesOfVertices, pinned: Mask) -> di
 
 
 CROSSINGS_EVERY = 5
-"""Frames from one count of self-crossings to the next."""
+"""Number of frames between two counts of self-crossings."""
 
 
 def crossing_figures(sheet: Sheet, vertices: FramesOfVertices) -> dict[str, float]:
-    """Edges that pass through a triangle of the cloth, in percent: `self_crossing_percent` is the mean over frames,
-    `self_crossing_percent_max` the worst; every fifth frame, by an exact test that the simulator does not use.
+    """Returns the percentage of edges that cross a triangle of the cloth.
+
+    `self_crossing_percent` is the mean over frames, `self_crossing_percent_max` the maximum. Every fifth frame is
+    counted, by an exact test that the simulator does not use.
     """
     faces = sheet.faces.astype(np.int32)
     crossed = [len(crossing_edges(frame, faces)) for frame in vertices[::CROSSINGS_EVERY]]
-    found = 100 * np.array(crossed) / len(sheet.edges)
-    return {"self_crossing_percent": float(np.mean(found)), "self_crossing_percent_max": float(found.max())}
+    percent = 100 * np.array(crossed) / len(sheet.edges)
+    return {"self_crossing_percent": float(np.mean(percent)), "self_crossing_percent_max": float(percent.max())}
 
 
 def mean_or_zero(values: Sequence[float]) -> float:
-    """The mean, 0 of none."""
+    """Returns the mean, or 0 for no values."""
     return float(np.mean(values)) if len(values) else 0.0

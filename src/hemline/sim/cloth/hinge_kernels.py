@@ -1,7 +1,7 @@
-"""Bending about the edges of a shape that is not flat at rest.
+"""Bending about the edges of a sheet that is not flat at rest.
 
-Source: Grinspun et al., "Discrete shells", 2003, Eq. 4. Differs: 2 sin(angle / 2) in place of the angle, so that a
-flat rest shape has the energy of `sheet`'s matrix; the Hessian is that matrix whatever the rest angles are.
+Source: Grinspun et al., "Discrete shells", 2003, Eq. 4. Differs: 2 sin(angle / 2) replaces the angle, so that a flat
+    rest shape has the energy of the bending matrix of `sheet`; the Hessian is that matrix for all rest angles.
 """
 
 from hemline.compiled import kernel, prange
@@ -11,10 +11,11 @@ from .rows import Rows
 
 @kernel(parallel=True)
 def hinge_forces(x, hinges, weight, rest, gradient_out, energy_out):
-    """Gradient of the energy of each hinge at its four vertices.
+    """Computes energy and gradient of each hinge.
 
-    # model: E = w / 2 (s(angle) - s(rest))^2, s(a) = 2 sin(a / 2); w = bending length^2 / (area + area)
-    # out: gradient (hinges, 12), energy (hinges)
+    Model: E = w / 2 (s(angle) - s(rest))^2, s(a) = 2 sin(a / 2); w = bending length^2 / (area + area)
+    Reads: x (verts, 3); hinges (hinges, 4): i, j, k, l; weight (hinges,) [N m]; rest (hinges,): s(rest).
+    Writes: gradient_out (hinges, 12): at the four vertices [N]; energy_out (hinges,) [J].
     """
     for h in prange(hinges.shape[0]):
         i, j, k, l = hinges[h, 0], hinges[h, 1], hinges[h, 2], hinges[h, 3]
@@ -56,7 +57,11 @@ def hinge_forces(x, hinges, weight, rest, gradient_out, energy_out):
 
 @kernel(parallel=True)
 def hinges_at_vertices(at: Rows, gradient, bent_out):
-    """Sum of the hinge gradients at each vertex; at: hinges of each vertex, 4 hinge + corner."""
+    """Sums the gradients of the hinges at each vertex.
+
+    Reads: at: hinges of each vertex, 4 hinge + corner; gradient (hinges, 12) [N].
+    Writes: bent_out (verts, 3) [N].
+    """
     starts, corners = at
     for i in prange(bent_out.shape[0]):
         for c in range(3):

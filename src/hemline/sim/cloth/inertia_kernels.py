@@ -1,4 +1,4 @@
-"""Inertia of a step, and the springs of soft pins: one parabola a vertex."""
+"""Inertia of a step, and the springs of soft pins, as one parabola per vertex."""
 
 from typing import NamedTuple
 
@@ -9,11 +9,11 @@ from hemline.compiled import kernel
 
 
 class Inertia(NamedTuple):
-    """Parabolas about a goal.
+    """A parabola about a goal for each vertex.
 
     Attributes:
-        goal: Their minima [m].
-        stiffness: m / h^2, and the spring of a soft pin besides [N/m].
+        goal: Minima of the parabolas [m].
+        stiffness: m / h^2, plus the spring of a soft pin [N/m].
     """
 
     goal: Float[np.ndarray, "verts 3"]
@@ -22,7 +22,7 @@ class Inertia(NamedTuple):
 
 @kernel(inline="always")
 def inertia_terms(k, d0, d1, d2):
-    """Energy of a vertex that is d from its goal, and its gradient."""
+    """Returns the energy of a vertex at a distance d from its goal, and its gradient."""
     return 0.5 * k * (d0 * d0 + d1 * d1 + d2 * d2), k * d0, k * d1, k * d2
 
 

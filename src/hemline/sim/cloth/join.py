@@ -1,4 +1,4 @@
-"""Several pieces of cloth, each of its own material, as one sheet."""
+"""Joins several pieces of cloth, each of its own material, into one sheet."""
 
 from collections.abc import Sequence
 
@@ -11,14 +11,15 @@ from .sheet import Sheet
 
 
 def join_sheets(sheets: Sequence[Sheet]) -> Sheet:
-    """Several pieces of cloth as one sheet: vertices, faces and edges of each follow those of the one before.
+    """Joins several pieces of cloth into one sheet: vertices, faces and edges of each piece follow those of the one
+    before.
 
     Args:
-        sheets: The pieces from the skin outwards, at least one. Where one of them is curved at rest, those that are
-            flat get hinges with a rest angle of 0, which bend as before as long as the cloth does not stretch.
+        sheets: The pieces from the skin outwards, at least one. If one of them is curved at rest, flat ones get hinges
+            with a rest angle of 0, which bend as before as long as the cloth does not stretch.
 
     Raises:
-        BadMesh: No piece.
+        BadMesh: There is no piece.
     """
     if not sheets:
         raise BadMesh("a sheet must have a piece", "none", "give at least one")
@@ -35,11 +36,13 @@ def join_sheets(sheets: Sequence[Sheet]) -> Sheet:
     curved = any(len(sheet.hinge_rest) for sheet in sheets)
     rests = [s.hinge_rest if len(s.hinge_rest) else np.zeros(curved * len(s.hinges)) for s in sheets]
 
-    def shifted(name: str, by: np.ndarray) -> np.ndarray:
+    def shift_and_join(name: str, by: np.ndarray) -> np.ndarray:
+        """Joins the arrays of all sheets, each shifted by a number."""
         arrays = [getattr(sheet, name) for sheet in sheets]
         return np.concatenate([array + array.dtype.type(shift) for array, shift in zip(arrays, by, strict=True)])
 
     def rows(name: str, entries: np.ndarray, columns: np.ndarray) -> Rows:
+        """Joins the sparse patterns of all sheets."""
         parts = [getattr(sheet, name) for sheet in sheets]
         ends = [part.starts[1:] + np.uint32(entry) for part, entry in zip(parts, entries, strict=True)]
         values = [part.columns + np.uint32(column) for part, column in zip(parts, columns, strict=True)]
@@ -63,15 +66,15 @@ def join_sheets(sheets: Sequence[Sheet]) -> Sheet:
         "friction",
     )
     return Sheet(
-        faces=shifted("faces", verts),
+        faces=shift_and_join("faces", verts),
         corners=rows("corners", 3 * faces, 3 * faces),
-        edges=shifted("edges", verts),
+        edges=shift_and_join("edges", verts),
         edge_corners=rows("edge_corners", 3 * faces, 9 * faces),
-        edge_slots=shifted("edge_slots", ring),
+        edge_slots=shift_and_join("edge_slots", ring),
         ring=rows("ring", ring, verts),
         far=rows("far", far, verts),
-        hinges=shifted("hinges", verts),
+        hinges=shift_and_join("hinges", verts),
         hinge_rest=np.concatenate(rests),
-        piece=shifted("piece", pieces),
+        piece=shift_and_join("piece", pieces),
         **{name: np.concatenate([getattr(sheet, name) for sheet in sheets]) for name in same},
     )

@@ -1,8 +1,8 @@
 """Membrane of St. Venant-Kirchhoff triangles: strains, forces at the corners, blocks of the Hessian.
 
 Source: Volino, Magnenat-Thalmann, Faure, "A simple approach to nonlinear tensile stiffness for accurate cloth
-simulation", 2009.
-Differs: isotropic and linear in the strain; in the Hessian, compression beyond what inertia makes harmless is left out.
+    simulation", 2009.
+Differs: isotropic and linear in the strain; the Hessian leaves out compression beyond what inertia makes harmless.
 """
 
 from typing import NamedTuple
@@ -18,7 +18,7 @@ FAST = {"contract", "nsz", "arcp"}
 
 
 class Fabric(NamedTuple):
-    """The triangles of a sheet: rest metric and constants of the membrane, as `Sheet` has them."""
+    """Triangles of a sheet: rest metric and constants of the membrane, see `Sheet`."""
 
     faces: Int[np.ndarray, "faces 3"]
     shape: Float[np.ndarray, "faces 3 2"]
@@ -29,13 +29,13 @@ class Fabric(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """What the membrane does to each triangle, worked out by `membrane`.
+    """State of the membrane in each triangle, computed by `membrane`.
 
     Attributes:
         corner: Gradient of the energy at the three corners [N].
         frame: Columns u and v of the deformation gradient.
-        tension: area S+, the stress without compression beyond the cap, as uu, vv, uv [N m].
-        energy: [J]
+        tension: Area times the stress S+ without compression beyond the cap, as uu, vv, uv [N m].
+        energy: Energy [J].
     """
 
     corner: Float[np.ndarray, "faces 9"]
@@ -46,7 +46,11 @@ class Stretch(NamedTuple):
 
 @kernel(parallel=True, fastmath=FAST)
 def green_strain(vertices, faces, shape, strain_out):
-    """Green strain (uu, vv, 2 uv) of each triangle on its rest metric."""
+    """Computes the Green strain of each triangle on its rest metric.
+
+    Reads: vertices (verts, 3) [m]; faces (faces, 3); shape (faces, 3, 2) [1/m].
+    Writes: strain_out (faces, 3): uu, vv, 2 uv.
+    """
     for f in prange(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         uu = vv = uv = 0.0
@@ -65,10 +69,11 @@ def green_strain(vertices, faces, shape, strain_out):
 
 @kernel(parallel=True, fastmath=FAST)
 def membrane(vertices, fabric: Fabric, strain_start, over_h, cap, out: Stretch):
-    """Forces at corners (as gradient), columns of F, the tensile part of the stress, and the energy.
+    """Computes energy and forces of the membrane, and what its Hessian needs.
 
-    # model: S = C : (E + v (E - E_start)), energy = area / 2 (E : C : E + v dE : C : dE), v = damping / h
-    # in:  vertices (verts, 3) float64; strain_start (faces, 3); over_h = 1 / h [1/s]; cap (faces,) [N m]
+    Model: S = C : (E + v (E - E_start)), energy = area / 2 (E : C : E + v dE : C : dE), v = damping / h
+    Reads: vertices (verts, 3) float64; strain_start (faces, 3); over_h = 1 / h [1/s]; cap (faces,) [N m].
+    Writes: all arrays of `Stretch`.
     """
     faces, shape, area, lame, shear, damping = fabric
     corner_out, frame_out, tension_out, energy_out = out
@@ -119,12 +124,12 @@ def membrane(vertices, fabric: Fabric, strain_start, over_h, cap, out: Stretch):
 
 @kernel(parallel=True, fastmath=FAST)
 def membrane_blocks(corner_pairs: Rows, edge_slots, fabric: Fabric, stretch: Stretch, over_h, ring_bending, blocks_out):
-    """Off-diagonal blocks of the Hessian, both (i, j) and its transpose (j, i); bending entries included.
+    """Computes the off-diagonal blocks of the Hessian, (i, j) and its transpose (j, i), with the entries of bending.
 
-    # model: K_ij = sum over shared triangles of sum_pq k_pq f_p f_q^T + (g_i . S+ g_j) I
-    # in:  corner_pairs: of each edge, 9 face + 3 corner + corner; edge_slots (edges, 2): its two entries of the ring;
-    #      stretch: from `membrane`; ring_bending (ring,): what the blocks start from [N/m]
-    # out: blocks, one an entry of the ring, by columns, flat float32
+    Model: K_ij = sum over shared triangles of sum_pq k_pq f_p f_q^T + (g_i . S+ g_j) I
+    Reads: corner_pairs: of each edge, 9 face + 3 corner + corner; edge_slots (edges, 2): the two ring entries of each
+        edge; stretch: from `membrane`; ring_bending (ring,): start values of the blocks [N/m].
+    Writes: blocks_out: one block per ring entry, by columns, flat float32 [N/m].
     """
     edge_starts, edge_corners = corner_pairs
     _, shape, area, lame, shear, damping = fabric

@@ -1,4 +1,4 @@
-"""A sheet of cloth as the solver wants it: shape functions, lumped masses, incidences, the constant bending matrix."""
+"""A sheet of cloth, laid out for the solver: shape functions, lumped masses, incidences, constant bending matrix."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ Positions = Float[np.ndarray, "verts 3"]
 
 @dataclass(frozen=True)
 class Elastic:
-    """Constants of a fabric, per unit of area where they are extensive.
+    """Constants of a fabric; extensive ones are per unit of area.
 
     Attributes:
         density: Area density [kg/m^2].
@@ -43,7 +43,7 @@ class Elastic:
 class Sheet:
     """Topology, rest metric and materials of a cloth mesh, laid out for gathers.
 
-    It may hold several pieces of cloth that share no vertex, see `joined.joined`.
+    A sheet may hold several pieces of cloth that share no vertex, see `join.join_sheets`.
 
     Attributes:
         faces: Triangles, uint32.
@@ -51,18 +51,18 @@ class Sheet:
         area: Rest areas of the triangles [m^2].
         vertex_area: A third of the areas around each vertex [m^2].
         mass: Lumped masses [kg].
-        corners: For each vertex its corners, numbered 3 face + corner.
-        edges: Pairs i < j.
-        edge_length: Rest lengths [m], mean over the triangles that share the edge.
-        edge_corners: For each edge (row) its corner pairs, numbered 9 face + 3 corner_i + corner_j.
+        corners: Corners of each vertex, numbered 3 face + corner.
+        edges: Vertex pairs i < j.
+        edge_length: Rest lengths [m], averaged over the triangles that share the edge.
+        edge_corners: Corner pairs of each edge (row), numbered 9 face + 3 corner_i + corner_j.
         edge_slots: Entries (i, j) and (j, i) of each edge in `ring`.
-        ring: The vertices joined to each vertex by an edge.
+        ring: Neighbours of each vertex, joined to it by an edge.
         ring_bending: Entry of the bending matrix for each entry of `ring` [N/m].
-        far: The vertices that only a bending stencil joins to each vertex.
-        far_bending: Their entries of the bending matrix [N/m].
+        far: Vertices that only a bending stencil joins to each vertex.
+        far_bending: Entry of the bending matrix for each entry of `far` [N/m].
         hinges: Interior edges with the two vertices opposite: i, j, k, l.
         hinge_weight: bending length^2 / (area + area) of each hinge [N m].
-        hinge_rest: Rest angle of each hinge [rad]; empty where the rest shape is flat.
+        hinge_rest: Rest angle of each hinge [rad]; empty if the rest shape is flat.
         density: Area density of each face [kg/m^2].
         lame: Lame's first constant of each face, plane stress [N/m].
         shear: Shear modulus of each face [N/m].
@@ -70,7 +70,7 @@ class Sheet:
         drag: Drag coefficient of each face.
         lift: Lift coefficient of each face.
         friction: Coulomb's coefficient of each vertex against the body.
-        piece: Which piece of cloth each vertex belongs to, uint32, counted from the skin outwards.
+        piece: Number of the piece of cloth that each vertex belongs to, uint32, counted from the skin outwards.
     """
 
     faces: UInt[np.ndarray, "faces 3"]
@@ -112,14 +112,14 @@ def make_sheet(
     *,
     rest_vertices: Float[np.ndarray, "verts 3"] | None = None,
 ) -> Sheet:
-    """Lay out a cloth mesh for the solver.
+    """Lays out a cloth mesh for the solver.
 
     Args:
         faces: Triangles; every vertex from 0 to the largest must be used.
-        rest_edges: For each triangle the 2 x 2 matrix whose columns are its edges 0-1 and 0-2 in the flat rest
-            state [m].
+        rest_edges: For each triangle the 2 x 2 matrix whose columns are its edges 0-1 and 0-2 in the flat rest state
+            [m].
         elastic: The material.
-        rest_vertices: Where the rest shape is not flat: the shape whose dihedral angles are at rest [m].
+        rest_vertices: The shape whose dihedral angles are at rest [m]; None for a flat rest shape.
 
     Raises:
         BadMesh: A triangle has no area at rest, or a vertex belongs to no triangle.
@@ -173,7 +173,7 @@ def make_sheet(
 def hinge_angles(
     vertices: Float[np.ndarray, "verts 3"], hinges: Int[np.ndarray, "hinges 4"]
 ) -> Float[np.ndarray, " hinges"]:
-    """Signed dihedral angles, 0 where the two triangles are coplanar [rad]."""
+    """Returns the signed dihedral angles [rad], 0 where the two triangles are coplanar."""
     i, j, k, l = (vertices[hinges[:, c]] for c in range(4))
     first, second = np.cross(j - i, k - i), np.cross(l - i, j - i)
     axis = (j - i) / np.linalg.norm(j - i, axis=1, keepdims=True)
@@ -181,6 +181,7 @@ def hinge_angles(
 
 
 def _edges(faces: np.ndarray, rest_edges: np.ndarray) -> tuple[np.ndarray, Rows, np.ndarray]:
+    """Returns the edges, the corner pairs of each edge, and their rest lengths."""
     flat = np.zeros((len(faces), 3, 2))
     flat[:, 1:] = rest_edges.transpose(0, 2, 1)
     pairs, codes, lengths = [], [], []
@@ -197,6 +198,7 @@ def _edges(faces: np.ndarray, rest_edges: np.ndarray) -> tuple[np.ndarray, Rows,
 
 
 def _ring(edges: np.ndarray, count: int) -> tuple[Rows, np.ndarray]:
+    """Returns the neighbours of each vertex, and the two entries of each edge among them."""
     rows, columns = edges.T.ravel(), edges[:, ::-1].T.ravel()
     order = np.lexsort((columns, rows))
     slots = np.empty(len(order), np.int32)
@@ -206,6 +208,7 @@ def _ring(edges: np.ndarray, count: int) -> tuple[Rows, np.ndarray]:
 
 
 def _edge_ids(edges: np.ndarray, pairs: np.ndarray, count: int) -> np.ndarray:
+    """Returns the numbers of the edges between pairs of vertices."""
     keys = edges[:, 0].astype(np.int64) * count + edges[:, 1]
     return np.searchsorted(keys, pairs[:, 0].astype(np.int64) * count + pairs[:, 1])
 
@@ -236,6 +239,7 @@ def _hinges(
 
 
 def _cotangents(flat: np.ndarray, face: np.ndarray, at: np.ndarray, one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    """Returns the cotangent of the angle of a triangle at a corner."""
     a, b = flat[face, one] - flat[face, at], flat[face, two] - flat[face, at]
     return (a * b).sum(-1) / np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
@@ -243,7 +247,9 @@ def _cotangents(flat: np.ndarray, face: np.ndarray, at: np.ndarray, one: np.ndar
 def _bending_matrix(
     hinges: np.ndarray, weights: np.ndarray, stencil: np.ndarray, ring: Rows, count: int
 ) -> tuple[np.ndarray, Rows, np.ndarray]:
-    """Q = sum of w K^T K, split into the entries on the ring and those beyond it; the diagonal is minus their sum."""
+    """Returns Q = sum of w K^T K, split into the entries on the ring and those beyond it; the diagonal is minus their
+    sum.
+    """
     from scipy.sparse import csr_array
 
     values = weights[:, None, None] * stencil[:, :, None] * stencil[:, None, :]

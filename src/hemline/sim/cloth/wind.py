@@ -14,28 +14,31 @@ from .sheet import Positions
 from .wind_kernels import plane_waves
 
 Wind = Callable[[float, Positions], Positions]
-"""Wind velocity at every vertex [m/s] from time [s] and positions [m]."""
+"""Function from time [s] and positions [m] to the velocity of the wind at every vertex [m/s]."""
 
 WAVE_FRAMES = 6
-"""Turned frames of axes: each axis carries two plane waves, so that gusts are as strong in every direction."""
+"""Number of rotated coordinate frames. Each axis carries two plane waves, so that gusts are equally strong in all
+directions.
+"""
 
 
 @dataclass(frozen=True)
 class Gusts:
     r"""Wind that changes smoothly in time and place; the same seed gives the same wind.
 
-    Random plane waves across which the air moves (so that it is not compressed), carried along by the mean wind:
+    The wind is a sum of random transverse plane waves (so that the air is not compressed), carried along by the mean
+    wind:
 
     $$u(t, x) = U + \sum_w a_w \cos(k_w \cdot (x - U t) + \omega_w t + \varphi_w), \quad a_w \perp k_w$$
 
-    with each component of $k_w$ normal of deviation 1 / length and $\omega_w$ of deviation 1 / time. Each component of
-    u has the standard deviation `strength`, exactly so on average over all of time and space. Over seeds, the
+    Each component of $k_w$ is normal with deviation 1 / length, and $\omega_w$ is normal with deviation 1 / time. Each
+    component of u has the standard deviation `strength`, exactly on average over all of time and space. Over seeds, the
     correlation of two places that move with the mean wind, on average over the three components, is
     $\exp(-r^2 / 2 L^2 - t^2 / 2 T^2)$.
 
     Source: Shinozuka, Deodatis, "Simulation of stochastic processes by spectral representation", 1991.
     Differs: a Gaussian spectrum with one length and one time, not that of the atmosphere, whose
-    large eddies a garment cannot tell from another mean wind.
+    large eddies are no different from another mean wind for a garment.
 
     Example:
         >>> gusts = Gusts(mean=(2.0, 0.0, 0.0), strength=0.5, seed=1)
@@ -44,21 +47,21 @@ class Gusts:
     """
 
     mean: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """[m/s]"""
+    """Mean wind [m/s]."""
     strength: float = 1.0
     """Standard deviation of each component [m/s]."""
     length: float = 2.0
     """Distance over which gusts change [m]."""
     seconds: float = 1.0
-    """Time in which gusts change, seen from air that moves with the mean wind [s]."""
+    """Time in which gusts change, in air that moves with the mean wind [s]."""
     seed: int = 0
-    """Which of all such winds."""
+    """Seed of the random waves."""
 
     @cached_property
     def _waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         random = np.random.default_rng(self.seed)
-        turned = random.normal(size=(WAVE_FRAMES, 4))
-        axes = to_matrix(turned / np.linalg.norm(turned, axis=1, keepdims=True)).reshape(-1, 3)
+        rotations = random.normal(size=(WAVE_FRAMES, 4))
+        axes = to_matrix(rotations / np.linalg.norm(rotations, axis=1, keepdims=True)).reshape(-1, 3)
         number = np.linalg.norm(random.normal(size=(3 * WAVE_FRAMES, 3)), axis=1)
         frames = axes.reshape(WAVE_FRAMES, 3, 3)
         # the two other axes of the frame are across
@@ -68,11 +71,11 @@ class Gusts:
         return wave / self.length, turn / self.seconds, phase, self.strength / np.sqrt(WAVE_FRAMES) * across
 
     def __call__(self, seconds: float, positions: Positions) -> Positions:
-        """Velocity of the air at positions [m/s].
+        """Returns the velocity of the air at positions [m/s].
 
         Args:
             seconds: Time [s].
-            positions: [m]
+            positions: Positions [m].
         """
         wave, turn, phase, amplitude = self._waves
         mean = np.array(self.mean, np.float64)
@@ -90,25 +93,25 @@ class Gusts:
 
 
 def wind_of(settings: SimSettings) -> Wind:
-    """The wind that settings declare."""
+    """Returns the wind that the settings describe."""
     if settings.gusts > 0:
         return Gusts(settings.wind, settings.gusts, settings.gust_length, settings.gust_seconds, settings.gust_seed)
     return lambda seconds, positions: np.tile(np.array(settings.wind, np.float64), (len(positions), 1))
 
 
 def with_checks(wind: Wind) -> Wind:
-    """A user's wind whose answers are looked at.
+    """Returns a user's wind with checks of its results.
 
     The function gets positions that it cannot change.
 
     Raises:
-        BadInput: When called: the wind is not one finite velocity a vertex.
+        BadInput: When called: the wind is not one finite velocity per vertex.
     """
 
-    def looked_at(seconds: float, positions: Positions) -> Positions:
-        seen = positions.view()
-        seen.flags.writeable = False
-        answer = wind(seconds, seen)
+    def velocity_at(seconds: float, positions: Positions) -> Positions:
+        view = positions.view()
+        view.flags.writeable = False
+        answer = wind(seconds, view)
         try:
             velocity = np.array(answer, np.float64, order="C")
         except (TypeError, ValueError) as error:
@@ -123,4 +126,4 @@ def with_checks(wind: Wind) -> Wind:
             raise BadInput("wind must be finite", got, "check the function that was given as wind")
         return velocity
 
-    return looked_at
+    return velocity_at

@@ -1,4 +1,4 @@
-"""A sum of plane waves at many points."""
+"""Sum of plane waves at many points."""
 
 import math
 
@@ -7,7 +7,7 @@ from hemline.compiled import kernel, prange
 
 @kernel(inline="always")
 def cosine_of_turns(turns):
-    """cos(2 pi turns), to 2e-7: a polynomial that the compiler works on in lanes."""
+    """Returns cos(2 pi turns) to 2e-7, by a polynomial that the compiler vectorises."""
     r = turns - math.floor(turns + 0.5)
     s = 39.47841760435743 * r * r
     c = 1.0 / 20922789888000.0
@@ -23,11 +23,11 @@ def cosine_of_turns(turns):
 
 @kernel(parallel=True, fastmath={"contract", "reassoc", "nsz"})
 def plane_waves(points, wave, phase, amplitude, mean, velocity_out):
-    """Mean velocity plus waves.
+    """Computes a mean velocity plus waves at points.
 
-    # model: u(x) = mean + sum over w of amplitude_w cos(2 pi (wave_w . x + phase_w))
-    # in:  points (n, 3) [m]; wave (3, waves) [turns/m]; phase (waves) [turns]; amplitude (3, waves), mean (3) [m/s]
-    # out: velocity (n, 3) [m/s]
+    Model: u(x) = mean + sum over w of amplitude_w cos(2 pi (wave_w . x + phase_w))
+    Reads: points (n, 3) [m]; wave (3, waves) [turns/m]; phase (waves,) [turns]; amplitude (3, waves), mean (3,) [m/s].
+    Writes: velocity_out (n, 3) [m/s].
     """
     k0, k1, k2, a0, a1, a2 = wave[0], wave[1], wave[2], amplitude[0], amplitude[1], amplitude[2]
     for i in prange(points.shape[0]):

@@ -1,4 +1,4 @@
-"""Crumples that go through themselves: ironed flat, so that the cloth can fall anew."""
+"""Ironing: smooths cloth where it crosses itself, so that it can fall anew."""
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -6,28 +6,31 @@ from jaxtyping import Bool, Int
 from hemline.sim.cloth.sheet import Positions, Sheet
 
 IRONING_INTERVAL = 15
-"""Frames of damped dynamics from one ironing to the next."""
+"""Frames of damped dynamics between two ironings."""
 
 MAX_IRONINGS = 6
-"""How often cloth is ironed while it settles, at most."""
+"""Maximum number of ironings while cloth settles."""
 
 SMOOTHING_ROUNDS = 5
-"""How often a vertex is put between its neighbours."""
+"""Number of times that a vertex is moved to the mean of its neighbours."""
 
 
 def iron(
     sheet: Sheet, positions: Positions, crossed: Int[np.ndarray, "edges 2"], free: Bool[np.ndarray, " verts"]
 ) -> Positions:
-    """The cloth with every place that crosses itself smoothed: each vertex there goes to the mean of its neighbours.
+    """Smooths the cloth around crossings: each vertex there moves to the mean of its neighbours.
 
     Forces that shorten the curve of a crossing cannot open a fold that goes through its own neighbourhood: both sides
-    belong to one crumple, and pulling one vertex out puts the next one in.
+    belong to one crumple, and pulling one vertex out pushes the next one in.
 
     Args:
         sheet: The cloth.
-        positions: Where it is [m].
-        crossed: Edges that go through a triangle.
-        free: Vertices that may be moved.
+        positions: Positions of the cloth [m].
+        crossed: Edges that cross a triangle.
+        free: Vertices that may move.
+
+    Returns:
+        The new positions [m].
     """
     count = sheet.vertex_count
     degree = np.diff(sheet.ring.starts.astype(np.int64))

@@ -1,4 +1,4 @@
-"""A garment at rest on a body, and what is known about it."""
+"""A garment at rest on a body, with its forces, contact and figures."""
 
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -21,27 +21,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """A garment that hangs still on a posed body; what `settle` returns and what the next one may start from.
+    """A garment that hangs still on a posed body: the result of `settle`, which another call may start from.
 
     Attributes:
         garment: The garment.
-        shaped: The body at its shape.
-        pose: Its pose.
+        shaped: The body in its shape.
+        pose: The pose of the body.
         settings: Settings of the simulator.
-        positions: Of the cloth [m].
-        forces: Resultant force that is left on each vertex, 0 at pins [N].
+        positions: Positions of the cloth [m].
+        forces: Remaining resultant force on each vertex, 0 at pins [N].
         load: Force with which the body presses on each vertex [N].
-        face: Triangle of the body that each vertex is held off from, -1 for none.
-        held: Triangle that each vertex in a crease of the body keeps to, -1 for the others.
-        friction_anchors: Where static friction holds each vertex.
-        pinched: Vertices that have no free place, as the body cuts through itself there; their contact yields.
+        face: Triangle of the body that holds each vertex off, -1 for none.
+        crease_face: Triangle that each vertex in a crease of the body stays with, -1 for vertices outside creases.
+        friction_anchors: Points that static friction pulls each vertex back to.
+        pinched: Vertices without a free place, because the body intersects itself there; their contact yields.
         residual_share: Mean size of `forces` over the mean weight of a vertex.
-        worst_share: The largest of `forces` over the mean weight of a vertex.
-        method: How it was found: `newton`, `newton after dynamics`, `dynamics` (for takes, not balanced) or `draping`.
-        newton_steps: Newton steps of the search, all stations of a continuation together.
-        solver_steps: Steps of conjugate gradients in all of them.
-        figures: Edge strains as a take has them, `inside` (vertices inside the body that are not pinched), `deepest_mm`
-            (how deep the deepest of all is) and `pinched`, counted.
+        worst_share: Largest of `forces` over the mean weight of a vertex.
+        method: Method that led here: `newton`, `newton after dynamics`, `dynamics` (for takes, not balanced), `draping`
+            or `walked`.
+        newton_steps: Newton steps of the search, over all stations of a continuation.
+        solver_steps: Steps of conjugate gradients in all Newton steps.
+        figures: Edge strains as in a take, `inside` (number of vertices inside the body that are not pinched),
+            `deepest_mm` (largest depth inside the body) and `pinched` (number of pinched vertices).
     """
 
     garment: Garment
@@ -52,7 +53,7 @@ class Rest:
     forces: Positions
     load: Float[np.ndarray, " verts"]
     face: Int[np.ndarray, " verts"]
-    held: Int[np.ndarray, " verts"]
+    crease_face: Int[np.ndarray, " verts"]
     friction_anchors: FrictionAnchors
     pinched: Bool[np.ndarray, " verts"]
     residual_share: float
@@ -64,11 +65,11 @@ class Rest:
 
     @cached_property
     def vertices(self) -> Vertices:
-        """Positions as everything after the simulator takes them, float32 [m]."""
+        """Positions in float32, as everything outside the simulator takes them [m]."""
         return self.positions.astype(np.float32)
 
     def take(self) -> Take:
-        """One frame of kind `rest`, as `simulate` starts from and datasets store."""
+        """Returns a take of kind `rest` with one frame, which `simulate` starts from and datasets store."""
         pose, rest = self.pose, self.shaped.rest_pose
         motion = Motion(
             pose.rotations[None],

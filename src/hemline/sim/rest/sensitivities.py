@@ -1,4 +1,4 @@
-"""How a settled garment changes when the body turns a joint, changes its shape, or the cloth its material."""
+"""Derivatives of a settled garment by joint rotations, by the shape of the body and by constants of the material."""
 
 from dataclasses import fields, replace
 from functools import cached_property
@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from hemline.arrays import Faces
 from hemline.bodies.skinning_kernels import area_normals
-from hemline.bodies.velocities import reshaping, turning
+from hemline.bodies.velocities import reshaping_velocity, turning_velocity
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.material import Material
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
@@ -21,7 +21,7 @@ from hemline.sim.step.dressed_body import DressedBody
 
 from .rest import Rest
 from .static_hessian import sheet_hessian
-from .static_step import STICK_SLIP, CreaseFaces, StaticStep
+from .static_step import STICK_SLIP, BodyFaces, StaticStep
 from .statics_kernels import closest_on_faces
 
 if TYPE_CHECKING:
@@ -30,31 +30,31 @@ if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
 CONTACT_DIFFERENCE = 1e-8
-"""How far vertices and body are moved for differences of forces [m]: by a hundredth of a weight in contact."""
+"""Step of the finite differences of forces [m]; it changes contact by a hundredth of a weight."""
 
 TURN, RESHAPE = 1e-2, 0.1
-"""Angle [rad] and shape coefficient over which the way of pins is differenced."""
+"""Steps of the finite differences of pin positions: angle [rad] and shape coefficient."""
 
 SINGULAR_PIVOT = 1e-13
-"""Share of the largest pivot below which one is 0 but for rounding."""
+"""A pivot below this fraction of the largest one counts as 0."""
 
 CONSTANTS = ("density", "young", "poisson", "bending", "friction", "thickness", "contact_stiffness")
-"""Constants of material and settings that `Sensitivities.constant` knows."""
+"""Constants of the material and the settings that `Sensitivities.constant` accepts."""
 
 
 class Sensitivities:
     r"""Derivatives of a settled garment, by the implicit function theorem.
 
-    In equilibrium the forces $f(x, \theta)$ vanish whatever $\theta$ is, so
+    In equilibrium the forces $f(x, \theta)$ vanish for every $\theta$, so
 
     $$\frac{dx}{d\theta} = -\left(\frac{\partial f}{\partial x}\right)^{-1} \frac{\partial f}{\partial \theta}$$
 
-    with the whole Hessian: compression, the curvature of the body, friction and its load included, which make it not
-    quite symmetric. It is factorised once; each direction takes one solve and one difference of the forces of contact
-    at fixed cloth, which holds to 1e-6. Vertices that slide, stick or touch are taken to go on doing so.
+    with the full Hessian. It includes compression, the curvature of the body, friction and its load, which make it
+    slightly asymmetric. It is factorised once; each direction takes one solve and one finite difference of the contact
+    forces at fixed cloth, which is accurate to 1e-6. Vertices that slide, stick or touch are assumed to go on doing so.
 
     Args:
-        rest: The settled garment. The nearer to equilibrium, the truer: a residual share of 0.01 is enough.
+        rest: The settled garment. Derivatives are more accurate near equilibrium; a `residual_share` of 0.01 is enough.
 
     Raises:
         SimulationFailed: The equilibrium is not isolated (cloth that nothing holds in some direction).
@@ -75,17 +75,17 @@ class Sensitivities:
         self._dofs = (3 * self._free[:, None] + np.arange(3)).ravel()
 
     def turn(self, joint: int | str, axis: Float[np.ndarray, "3"]) -> Positions:
-        """Change of the garment while a joint turns about an axis of its own frame, R exp(angle axis).
+        """Returns the derivative by a rotation of a joint about an axis of its own frame, R exp(angle axis).
 
         Args:
-            joint: Number or name.
-            axis: Unit axis in the joint's frame; in the T-pose those are the world's.
+            joint: Number or name of the joint.
+            axis: Unit axis in the joint's frame; in the T-pose its axes are those of the world.
 
         Returns:
             Change of each vertex [m/rad].
 
         Raises:
-            BadInput: No such joint, an axis that is not a finite vector.
+            BadInput: There is no such joint, or the axis is not a finite vector.
         """
         number = JOINT_NAMES.index(joint) if joint in JOINT_NAMES else joint
         if not isinstance(number, int | np.integer) or not 0 <= number < JOINT_COUNT:
@@ -94,24 +94,26 @@ class Sensitivities:
         if direction.shape != (3,) or not np.isfinite(direction).all():
             raise BadInput("'axis' must be three finite numbers", axis, "give a unit vector in the joint's frame")
         ends, rest = [], self.rest
-        for way in (TURN, -TURN):
+        for angle in (TURN, -TURN):
             rotations = rest.pose.rotations.astype(np.float64)
-            rotations[number] = multiply(rotations[number], from_axis_angle(way * direction))
+            rotations[number] = multiply(rotations[number], from_axis_angle(angle * direction))
             ends.append(rest.shaped.posed(Pose(rotations, rest.pose.translation)))
-        return self._moved(turning(self._posed, int(number), direction), self._pins_between(ends[0], ends[1], TURN))
+        return self._derivative(
+            turning_velocity(self._posed, int(number), direction), self._pin_velocity(ends[0], ends[1], TURN)
+        )
 
     def turns(self) -> Float[np.ndarray, "joints 3 verts 3"]:
-        """Change of the garment for each joint about each of its three axes [m/rad]."""
+        """Returns the derivatives by each joint about each of its three axes [m/rad]."""
         return np.array([[self.turn(joint, axis) for axis in np.eye(3)] for joint in range(JOINT_COUNT)])
 
     def beta(self, index: int) -> Positions:
-        """Change of the garment while a shape coefficient of the body grows.
+        """Returns the derivative by a shape coefficient of the body.
 
         Args:
             index: Number of the coefficient.
 
         Returns:
-            Change of each vertex [m] a standard deviation.
+            Change of each vertex per standard deviation [m].
 
         Raises:
             BadInput: The body has no such coefficient.
@@ -120,34 +122,34 @@ class Sensitivities:
         if not 0 <= index < count:
             raise BadInput("no such shape coefficient", index, f"use 0 to {count - 1}")
         ends, rest = [], self.rest
-        for way in (RESHAPE, -RESHAPE):
+        for change in (RESHAPE, -RESHAPE):
             betas = rest.shaped.betas.copy()
-            betas[index] += way
+            betas[index] += change
             ends.append(rest.shaped.body.shaped(betas).posed(rest.pose))
-        return self._moved(reshaping(self._posed, index), self._pins_between(ends[0], ends[1], RESHAPE))
+        return self._derivative(reshaping_velocity(self._posed, index), self._pin_velocity(ends[0], ends[1], RESHAPE))
 
     def constant(self, name: str) -> Positions:
-        """Change of the garment while a constant of its material, or of contact, grows.
+        """Returns the derivative by a constant of the material or of contact.
 
         Args:
             name: One of `CONSTANTS`.
 
         Returns:
-            Change of each vertex [m] a unit of the constant.
+            Change of each vertex per unit of the constant [m].
 
         Raises:
-            BadInput: No such constant.
+            BadInput: There is no such constant.
         """
         if name not in CONSTANTS:
             raise BadInput("no such constant", repr(name), f"use one of {', '.join(CONSTANTS)}")
         of_material = name in {field.name for field in fields(Material)}
         value = getattr(self.rest.garment.material if of_material else self.rest.settings, name)
         step = CONTACT_DIFFERENCE if name == "thickness" else 1e-5 * max(abs(value), 1e-3)
-        ends = [self._forces(name, value + way, of_material) for way in (step, -step)]
-        return self._solved((ends[0] - ends[1]) / (2 * step), np.zeros((len(self.rest.garment.pins), 3)))
+        ends = [self._forces(name, value + change, of_material) for change in (step, -step)]
+        return self._solve((ends[0] - ends[1]) / (2 * step), np.zeros((len(self.rest.garment.pins), 3)))
 
     def _forces(self, name: str, value: float, of_material: bool) -> Positions:
-        """Resultant forces where the cloth is, with another constant."""
+        """Returns the resultant forces on the settled cloth with another constant."""
         rest, changed = self.rest, {name: value}
         garment, settings = rest.garment, rest.settings
         if of_material:
@@ -159,38 +161,40 @@ class Sensitivities:
         scene = dressed.scene(self._posed)
         model, workspace = dressed.model, dressed.stepper.workspace
         return StaticStep(
-            model, workspace, rest.positions, rest.pinched, scene, rest.friction_anchors, held=rest.face
+            model, workspace, rest.positions, rest.pinched, scene, rest.friction_anchors, crease_face=rest.face
         ).forces
 
-    def _pins_between(self, first: "PosedBody", second: "PosedBody", way: float) -> Positions:
-        """How pins move, by central differences."""
+    def _pin_velocity(self, first: "PosedBody", second: "PosedBody", step: float) -> Positions:
+        """Returns the motion of the pins per unit, by central differences."""
         pins = self.rest.garment.pins
         if not len(pins):
             return np.zeros((0, 3))
-        return (pins.on(first).astype(np.float64) - pins.on(second)) / (2 * way)
+        return (pins.on(first).astype(np.float64) - pins.on(second)) / (2 * step)
 
-    def _moved(self, velocity: Float[np.ndarray, "body_verts 3"], pinned: Float[np.ndarray, "pins 3"]) -> Positions:
-        """Change of the garment while skin and pins move."""
-        return self._solved(self._body_forces(velocity), pinned)
+    def _derivative(
+        self, velocity: Float[np.ndarray, "body_verts 3"], pinned: Float[np.ndarray, "pins 3"]
+    ) -> Positions:
+        """Returns the derivative of the garment for a motion of skin and pins."""
+        return self._solve(self._body_forces(velocity), pinned)
 
     def _body_forces(self, velocity: Float[np.ndarray, "body_verts 3"]) -> Positions:
-        """Change of the forces on the cloth, which stays where it is, while the body's vertices move."""
+        """Returns the change of the forces on fixed cloth for a motion of the body's vertices."""
         forces, size = np.zeros_like(self.rest.positions), float(np.linalg.norm(velocity, axis=1).max())
         if size == 0:
             return forces
         step, faces, touched = CONTACT_DIFFERENCE / size, self._posed.faces, self.rest.positions[self._touching]
-        for way in (step, -step):
-            skin, share = _skin(self._skin.vertices + way * velocity, faces), 1 / (2 * way)
-            forces[self._touching] += share * self._contact(touched, skin)
-            forces += share * self._point_forces(skin)
+        for move in (step, -step):
+            skin, scale = _skin(self._skin.vertices + move * velocity, faces), 1 / (2 * move)
+            forces[self._touching] += scale * self._contact_forces(touched, skin)
+            forces += scale * self._point_forces(skin)
         return forces
 
-    def _solved(self, forces: Positions, pinned: Float[np.ndarray, "pins 3"]) -> Positions:
-        """dx from df at fixed cloth, and from the way of the pins."""
+    def _solve(self, forces: Positions, pinned: Float[np.ndarray, "pins 3"]) -> Positions:
+        """Returns dx from df at fixed cloth and from the motion of the pins."""
         result, model = np.zeros_like(self.rest.positions), self._dressed.model
         result[model.pinned] = pinned[model.hard]
         forces = forces.copy()
-        forces[model.held] += model.spring[:, None] * pinned[~model.hard]
+        forces[model.soft_pins] += model.spring[:, None] * pinned[~model.hard]
         matrix, factor = self._system
         right = forces.ravel() - matrix @ result.ravel()
         result.ravel()[self._dofs] = factor.solve(right[self._dofs])
@@ -198,7 +202,7 @@ class Sensitivities:
 
     @cached_property
     def _system(self) -> tuple[Any, "SuperLU"]:
-        """The whole Hessian of all vertices, and its factors over the free ones."""
+        """The full Hessian of all vertices, and its factors for the free ones."""
         from scipy.sparse import block_diag, csc_array
         from scipy.sparse.linalg import splu
 
@@ -206,10 +210,10 @@ class Sensitivities:
         blocks = np.zeros((len(rest.positions), 3, 3))
         touched = rest.positions[self._touching]
         for axis in range(3):
-            way = CONTACT_DIFFERENCE * np.eye(3)[axis]
-            ends = [self._contact(touched + sign * way, self._skin) for sign in (1, -1)]
+            offset = CONTACT_DIFFERENCE * np.eye(3)[axis]
+            ends = [self._contact_forces(touched + sign * offset, self._skin) for sign in (1, -1)]
             blocks[self._touching, :, axis] = -(ends[0] - ends[1]) / (2 * CONTACT_DIFFERENCE)
-        blocks[dressed.model.held] += dressed.model.spring[:, None, None] * np.eye(3)
+        blocks[dressed.model.soft_pins] += dressed.model.spring[:, None, None] * np.eye(3)
         matrix = csc_array(sheet_hessian(step) + block_diag(list(blocks), format="csc"))
         free = csc_array(matrix[self._dofs][:, self._dofs])
         message = "the equilibrium is not isolated: nothing holds the cloth in some direction; pin it"
@@ -228,16 +232,25 @@ class Sensitivities:
         scene = dressed.scene(self._posed)
         model, workspace = dressed.model, dressed.stepper.workspace
         return StaticStep(
-            model, workspace, rest.positions, rest.pinched, scene, rest.friction_anchors, whole=True, held=rest.face
+            model,
+            workspace,
+            rest.positions,
+            rest.pinched,
+            scene,
+            rest.friction_anchors,
+            whole=True,
+            crease_face=rest.face,
         )
 
     def _point_forces(self, skin: MovingSkin) -> Positions:
-        """Forces of the body's vertices on the cloth, each with its triangle of the cloth and one of the body."""
-        x, points = self.rest.positions, self._step.meeting.points
+        """Returns the forces of the body's vertices on the cloth, each with its triangle of the cloth and one of the
+        body.
+        """
+        x, points = self.rest.positions, self._step.pair_contacts.points
         result = np.zeros_like(x)
         if points is None:
             return result
-        weights, corners, rows = np.zeros((len(points), 2)), points.corners[:, :3].copy(), points.lay()
+        weights, corners, rows = np.zeros((len(points), 2)), points.corners[:, :3].copy(), points.pair_rows()
         vertices = skin.vertices[points.body_vertex].astype(np.float64)
         closest_on_faces(vertices, np.arange(len(points), dtype=np.int32), x, corners, weights)
         weights = np.column_stack([1 - weights.sum(axis=1), weights])
@@ -248,10 +261,10 @@ class Sensitivities:
         np.add.at(result, corners, weights[:, :, None] * (load[:, None] * normal)[:, None])
         return result
 
-    def _contact(self, positions: Positions, skin: MovingSkin) -> Positions:
-        """Forces of contact and friction on the touching vertices, each on its own triangle of the body.
+    def _contact_forces(self, positions: Positions, skin: MovingSkin) -> Positions:
+        """Returns the forces of contact and friction on the touching vertices, each on its own triangle of the body.
 
-        The plain twin of what `contact_planes` and `gradient` do, in float64 and with the load of the moment.
+        A plain NumPy version of `contact_planes` and `gradient`, in float64 and with the current load.
         """
         rest, faces, which = self.rest, self._posed.faces, self._touching
         settings = rest.settings
@@ -269,17 +282,17 @@ class Sensitivities:
         return load[:, None] * (normal - (self._dressed.sheet.friction[which] * over)[:, None] * slip)
 
 
-def _planes(positions: Positions, face: CreaseFaces, skin: MovingSkin, faces: Faces) -> tuple[Positions, Positions]:
-    """Closest point on the given triangle for each position, and the interpolated normal there."""
+def _planes(positions: Positions, face: BodyFaces, skin: MovingSkin, faces: Faces) -> tuple[Positions, Positions]:
+    """Returns the closest point on the given triangle for each position, and the interpolated normal there."""
     weights = np.zeros((len(positions), 2))
     closest_on_faces(positions, face, skin.vertices, faces, weights)
-    share = np.column_stack([1 - weights.sum(axis=1), weights])
-    point, normal = (np.einsum("vc,vci->vi", share, each[faces[face]]) for each in (skin.vertices, skin.normals))
+    corners = np.column_stack([1 - weights.sum(axis=1), weights])
+    point, normal = (np.einsum("vc,vci->vi", corners, each[faces[face]]) for each in (skin.vertices, skin.normals))
     return point, normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
 def _skin(vertices: Positions, faces: np.ndarray) -> MovingSkin:
-    """The body's surface in float64."""
+    """Returns the skin of the body in float64."""
     normals = np.empty_like(vertices)
     area_normals(vertices, faces, normals)
     return MovingSkin(vertices, normals)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 TAKE_START_TOLERANCE = 0.05
-"""Residual share with which a take may start: dynamics go on from there."""
+"""Residual with which a take may start, over the mean weight of a vertex; dynamics continue from there."""
 
 
 def settle(
@@ -32,44 +32,45 @@ def settle(
     tolerance: float = 0.01,
     method: Method = "newton",
 ) -> Rest:
-    r"""A garment at rest on a body: membrane, bending, gravity, contact and static friction in balance, without wind.
+    r"""Settles a garment on a body: membrane, bending, gravity, contact and static friction in balance, without wind.
 
     $$-\nabla E(x) + m g + f_n(x) + f_t(x) = 0$$
 
-    with $f_n$ the pressure of contact and $f_t = -\mu |f_n| f_1(|u|) u / |u|$ static friction: Coulomb's, smoothed
-    below a slip of 0.2 mm. Friction has a history, so an equilibrium is one of many. The slip $u$ is measured from
-    points that ride on the body's triangles: those of `start`, moved with the body, else the place where a vertex first
-    touched. What slid farther than the smoothed slip drags its point along. So a garment settled from itself stays as
-    it is.
+    Here $f_n$ is the pressure of contact and $f_t = -\mu |f_n| f_1(|u|) u / |u|$ is Coulomb's static friction, smoothed
+    below a slip of 0.2 mm. Friction depends on history, so that an equilibrium is one of many. The slip $u$ is measured
+    from friction anchors, points that ride on the body's triangles: those of `start`, moved with the body, or else the
+    place where a vertex first touched. A vertex that slides farther than the smoothed slip drags its anchor along. A
+    garment that is settled from its own settled state therefore stays as it is.
 
-    From the rest pose and the garment's own start positions, or from `start`, the body is moved in stations of at most
-    10 cm; from the garment's own shape, too, where dressing it on another one would push it through itself. At each
-    station the cloth is carried along by the skin and settled by Newton's method (`statics.EquilibriumSearch`). Where that fails,
-    and at first where nothing has settled yet, damped dynamics bring the cloth near.
+    The body moves in stations of at most 10 cm from the rest pose and the garment's start positions, or from `start`.
+    It also moves from the garment's own shape if dressing another shape would push the garment through itself. At each
+    station the skin carries the cloth along, and Newton's method settles it (`statics.EquilibriumSearch`). Damped
+    dynamics bring the cloth near if that fails, and at first if nothing has settled yet.
 
     Args:
-        garment: The garment; on another shape than its own it is dressed first (cut and cloth unchanged).
+        garment: The garment. It is dressed first if the body has another shape than its own (cut and cloth unchanged).
         shaped: The body.
-        pose: Its pose; None: the rest pose.
-        settings: Settings; the wind is ignored.
+        pose: Pose of the body; None for the rest pose.
+        settings: Settings of the simulator; the wind is ignored.
         start: A settled state of this garment, on any shape of this body in any pose.
-        tolerance: Mean residual force, over the mean weight of a vertex, that counts as equilibrium.
-        method: `newton`; `draping`: one second of plain dynamics, however still the cloth is then; or `walked`: the
-            body goes from its rest pose into the pose in the fixed way of `walk.WALK`, wearing the garment (for
-            captured poses, in which cloth that is pressed together has no equilibrium; `start` is the rest drape).
+        tolerance: Mean residual force that counts as equilibrium, over the mean weight of a vertex.
+        method: `newton`, `draping` or `walked`. `draping` takes one second of plain dynamics, however still the cloth
+            is then. `walked` moves the body, which wears the garment, from its rest pose into the pose by the protocol
+            `walk.WALK`; it is for captured poses, in which cloth that is pressed together has no equilibrium, and
+            `start` is the rest drape.
 
     Returns:
-        The garment at rest; `pinched` marks vertices without a free place, where the pose folds the body into itself.
+        The garment at rest. `pinched` marks vertices without a free place, where the pose folds the body into itself.
 
     Raises:
         BadInput: `start` is of another garment or body, or for `walked` not the rest drape of this shape; `tolerance`
             is not positive; there is no such `method`.
-        SimulationFailed: No equilibrium was found; the message says how large the residual stayed. Or the garment
-            crosses itself; the message says where. Or cloth that was walked is not still, or too much of it pinched.
+        SimulationFailed: No equilibrium was found (the message gives the residual), the garment crosses itself (the
+            message names the places), or the cloth is not still after a walk or too much of it is pinched.
 
-    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible
-        Deformations", 2021, section 3.2: a simulation of one second drapes the clothing.
-        Differs: equilibrium by default, `draping` as they did.
+    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
+        section 3.2: a simulation of one second drapes the clothing. Differs: equilibrium by default, `draping` as they
+        did.
     """
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise BadInput("'tolerance' must be positive", tolerance, "0.01 is one hundredth of a vertex's weight")
@@ -82,29 +83,30 @@ def settle(
     if method == "walked":
         start = start or rest_state(garment, shaped, settings)
         _check_drape(start, shaped)
-        return Settling(garment, shaped, pose, settings, start, tolerance, garment).walked()
+        return Settling(garment, shaped, pose, settings, start, tolerance, garment, refuse=False).run_walk()
     return _settle(garment, shaped, pose, settings, start, tolerance, method)
 
 
 def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
-    """The garment settled in the rest pose of a body, as a take of kind `rest` with one frame.
+    """Settles a garment in the rest pose of a body; returns a take of kind `rest` with one frame.
 
-    Where no equilibrium is found, where damped dynamics end: a take goes on from there; `residual_share` says so, of
-    the cloth before it is pushed out of the body as at the end of each frame.
+    If no equilibrium is found, the result is where damped dynamics end, since a take can continue from there. The
+    figure `residual_share` tells; it is measured before the cloth is pushed out of the body as at the end of each
+    frame.
 
     Args:
         garment: The garment.
         shaped: The body.
-        settings: Settings; the wind is ignored.
+        settings: Settings of the simulator; the wind is ignored.
 
     Raises:
-        SimulationFailed: More than 0.5 % of its edges go through it, or a step failed at its shortest.
+        SimulationFailed: More than 0.5 % of its edges cross the garment, or a step failed at its shortest.
     """
     return rest_state(garment, shaped, settings).take()
 
 
 def rest_state(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Rest:
-    """As `rest_drape`, with all that is known about it."""
+    """Settles a garment in the rest pose of a body, see `rest_drape`; returns all that is known about the result."""
     quiet = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
     return _settle(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START_TOLERANCE, refuse=False)
 
@@ -120,31 +122,33 @@ def _settle(
     *,
     refuse: bool = True,
 ) -> Rest:
-    """Settled from where it lies once it is dressed on this shape; where that fails, from its own shape, and it follows
-    the change of the body: where thighs or arms press together, dressing pushes cloth through itself.
+    """Settles a garment that is first dressed on the shape of the body.
+
+    If that fails, the garment starts on its own shape and follows the change of the body: where thighs or arms press
+    together, dressing pushes cloth through itself.
 
     Raises:
         SimulationFailed: Both failed; the message is that of the first.
     """
     settling = partial(Settling, garment, shaped, pose, settings, start, tolerance)
-    # with a start nothing is laid anew
-    laid = garment if start is not None else garment.dressed(shaped)
+    # a settled start needs no dressing
+    start_garment = garment if start is not None else garment.dressed(shaped)
     try:
-        return settling(laid).run(method, refuse=refuse)
+        return settling(start_garment, refuse=refuse).run(method)
     except SimulationFailed as failure:
-        if laid is garment:
+        if start_garment is garment:
             raise
         try:
-            return settling(garment).run(method, refuse=refuse)
+            return settling(garment, refuse=refuse).run(method)
         except SimulationFailed:
             raise failure from None
 
 
 def _check_start(start: Rest, garment: Garment, shaped: "ShapedBody") -> None:
-    """Refuse a start that is not of this garment and body.
+    """Checks that a start belongs to this garment and body.
 
     Raises:
-        BadInput: It is not.
+        BadInput: It does not.
     """
     cure = "settle this garment on this body without 'start' first"
     same = np.array_equal(start.garment.faces, garment.faces) and np.array_equal(
@@ -157,7 +161,7 @@ def _check_start(start: Rest, garment: Garment, shaped: "ShapedBody") -> None:
 
 
 def _check_drape(start: Rest, shaped: "ShapedBody") -> None:
-    """Refuse a start that is not the rest drape of a shape.
+    """Checks that a start is the rest drape of a shape.
 
     Raises:
         BadInput: It is not.

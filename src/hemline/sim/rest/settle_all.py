@@ -1,4 +1,4 @@
-"""A garment at rest on many shapes."""
+"""Settles a garment on many shapes."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -26,22 +26,22 @@ def settle_all(
     start: Rest | None = None,
     tolerance: float = 0.01,
 ) -> list[Rest]:
-    """A garment at rest on many shapes of one body in one pose, each from the settled shape nearest to it.
+    """Settles a garment on many shapes of one body in one pose, each from the settled shape nearest to it.
 
     Args:
         garment: The garment.
         bodies: The shapes.
-        pose: Their pose; None: the rest pose of each.
-        settings: Settings; the wind is ignored.
+        pose: Pose of the bodies; None for the rest pose of each.
+        settings: Settings of the simulator; the wind is ignored.
         start: A settled state to begin with.
-        tolerance: As in `settle`.
+        tolerance: See `settle`.
 
     Returns:
-        One a shape, in the order of `bodies`.
+        The settled garment on each shape, in the order of `bodies`.
 
     Raises:
-        BadInput: As in `settle`, or no shapes.
-        SimulationFailed: One of them found no equilibrium.
+        BadInput: There are no shapes, or an input is refused by `settle`.
+        SimulationFailed: No equilibrium was found on one of the shapes.
     """
     if not len(bodies):
         raise BadInput("'bodies' must hold a shape", "none", "give at least one shaped body")
@@ -52,8 +52,8 @@ def settle_all(
     while len(results) < len(bodies):
         origins = [rest.shaped.betas for rest in settled] or [own]
         left = [index for index in range(len(bodies)) if index not in results]
-        way = np.array([[np.linalg.norm(bodies[index].betas - origin) for origin in origins] for index in left])
-        row, column = np.unravel_index(int(way.argmin()), way.shape)
+        distances = np.array([[np.linalg.norm(bodies[index].betas - origin) for origin in origins] for index in left])
+        row, column = np.unravel_index(int(distances.argmin()), distances.shape)
         index = left[row]
         near = settled[column] if settled else None
         results[index] = settle(garment, bodies[index], pose, settings, start=near, tolerance=tolerance)

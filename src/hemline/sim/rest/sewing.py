@@ -1,4 +1,4 @@
-"""Seams that are still open at the start: closed without haste, so that nothing is pulled through anything."""
+"""Slow closing of seams that are open at the start, so that the cloth is not pulled through anything."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,22 +9,22 @@ from hemline.sim.cloth.sheet import Positions, Sheet
 from hemline.sim.step.state import ClothState
 
 CLOSED_STRETCH = 1.5
-"""Greatest stretch of an edge from which the garment is taken to be sewn up, as a factor."""
+"""Largest stretch of an edge, as a factor, below which the garment counts as sewn."""
 
 MAX_SEWING_STEPS = 400
-"""Steps, at most."""
+"""Maximum number of steps."""
 
 
 def sew(sheet: Sheet, state: ClothState, step: Callable[[ClothState], ClothState]) -> ClothState:
-    """The garment with its seams closed; as it is where they are.
+    """Closes the seams of a garment; returns its state unchanged if they are closed.
 
-    Panels that are laid around the body hang together by edges that are many times too long. Left to dynamics, these
-    pull the cloth through itself and through the body. Here every step starts from standing still.
+    Panels placed around the body are connected by edges that are many times too long. In plain dynamics these pull the
+    cloth through itself and through the body. Here every step starts without velocity.
 
     Args:
         sheet: The cloth.
-        state: Where it is.
-        step: The cloth after a short step; its velocities are taken away.
+        state: The state to start from.
+        step: Takes a short step; the velocities of its result are discarded.
     """
     for _ in range(MAX_SEWING_STEPS):
         if largest_stretch(sheet, state.positions) < CLOSED_STRETCH:
@@ -35,6 +35,6 @@ def sew(sheet: Sheet, state: ClothState, step: Callable[[ClothState], ClothState
 
 
 def largest_stretch(sheet: Sheet, positions: Positions) -> float:
-    """The largest stretch of an edge, as a factor."""
+    """Returns the largest stretch of an edge, as a factor."""
     ends = positions[sheet.edges]
     return float((np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / sheet.edge_length).max())

@@ -1,4 +1,4 @@
-"""The whole Hessian of a sheet at rest, but for the body and pins, as a sparse matrix."""
+"""The full Hessian of a sheet at rest as a sparse matrix, without the body and pins."""
 
 from typing import Any
 
@@ -14,19 +14,21 @@ from hemline.sim.solver.block_kernels import PAD
 from .static_step import StaticStep
 
 HINGE_DIFFERENCE = 1e-7
-"""How far vertices are moved for differences of the forces of hinges [m]."""
+"""Step of the finite differences of hinge forces [m]."""
 
 
 def sheet_hessian(step: StaticStep) -> Any:
-    """Second derivatives of membrane, bending and pairs, compression and rest angles included, without pins.
+    """Returns second derivatives of membrane, bending, pairs and additional terms, without pins.
+
+    Compression and rest angles are included.
 
     Args:
-        step: Evaluated at the cloth's positions, with `whole`.
+        step: A step that was evaluated at the cloth's positions, with `whole`.
 
     Returns:
         A scipy matrix of 3 verts rows [N/m].
     """
-    from scipy.sparse import bsr_array
+    from scipy.sparse import block_diag, bsr_array
 
     model, potential = step.model, step.potential
     sheet, count, bending = model.sheet, model.sheet.vertex_count, model.bending
@@ -50,13 +52,19 @@ def sheet_hessian(step: StaticStep) -> Any:
     if potential.pairs is not None and len(potential.pairs.pairs):
         rows = potential.pairs.pairs.rows
         matrix = matrix + _scatter_blocks(_pair_blocks(step.x, rows), rows.corners, count)
+    if potential.terms:
+        diagonal = np.zeros((count, 6))
+        for term in potential.terms:
+            term.add_blocks(step.x, diagonal)
+        symmetric = diagonal[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+        matrix = matrix + block_diag(list(symmetric), format="csc")
     return matrix
 
 
 def _scatter_blocks(
     entries: Float[np.ndarray, "elements 12 12"], corners: Integer[np.ndarray, "elements 4"], count: int
 ) -> Any:
-    """The matrix of elements of four vertices each."""
+    """Returns the sparse matrix of elements with four vertices each."""
     from scipy.sparse import coo_array
 
     place = (3 * corners.astype(np.int64)[:, :, None] + np.arange(3)).reshape(-1, 12)
@@ -65,7 +73,7 @@ def _scatter_blocks(
 
 
 def _pair_blocks(x: Positions, pairs: PairRows) -> Float[np.ndarray, "pairs 12 12"]:
-    """Second derivatives of the pairs, of cloth with itself and with the body: along normals, without friction."""
+    """Returns the second derivatives of the pairs along their normals, without friction."""
     flat = np.empty(9 * pairs.size)
     pair_blocks(x, pairs._replace(limit=np.zeros_like(pairs.limit)), 1.0, flat)
     block = flat.reshape(-1, 3, 3)
@@ -74,15 +82,15 @@ def _pair_blocks(x: Positions, pairs: PairRows) -> Float[np.ndarray, "pairs 12 1
 
 
 def _hinge_blocks(x: Positions, step: StaticStep) -> Float[np.ndarray, "hinges 12 12"]:
-    """Second derivatives of each hinge by its four vertices, by differences of its forces."""
+    """Returns the second derivatives of each hinge by its four vertices, from differences of its forces."""
     sheet, count = step.model.sheet, len(step.model.sheet.hinges)
     apart, own = x[sheet.hinges].reshape(-1, 3), np.arange(4 * count, dtype=np.int32).reshape(-1, 4)
     energy, result = np.empty(count), np.empty((count, 12, 12))
     for coordinate in range(12):
         ends = []
-        for way in (HINGE_DIFFERENCE, -HINGE_DIFFERENCE):
+        for offset in (HINGE_DIFFERENCE, -HINGE_DIFFERENCE):
             moved, gradient = apart.copy(), np.empty((count, 12))
-            moved.reshape(count, 12)[:, coordinate] += way
+            moved.reshape(count, 12)[:, coordinate] += offset
             hinge_forces(moved, own, sheet.hinge_weight, step.model.hinge_rest, gradient, energy)
             ends.append(gradient)
         result[:, :, coordinate] = (ends[0] - ends[1]) / (2 * HINGE_DIFFERENCE)

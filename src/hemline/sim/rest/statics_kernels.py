@@ -1,4 +1,4 @@
-"""Closest points on triangles that are known."""
+"""Closest points on given triangles."""
 
 from hemline.compiled import kernel
 from hemline.sim.contact.body.touch_kernels import closest_on_triangle
@@ -6,7 +6,11 @@ from hemline.sim.contact.body.touch_kernels import closest_on_triangle
 
 @kernel
 def closest_on_faces(x, face, vertices, faces, weights_out):
-    """Barycentric weights of corners 1 and 2 of the point of each vertex's own triangle closest to it; face -1: 0."""
+    """Finds the point closest to each vertex on its own triangle.
+
+    Reads: x (verts, 3); face (verts,): -1 for none; vertices, faces: the mesh of the triangles.
+    Writes: weights_out (verts, 2): barycentric weights of corners 1 and 2; 0 without a triangle.
+    """
     for i in range(x.shape[0]):
         f = face[i]
         weights_out[i, 0], weights_out[i, 1] = 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Cloth that crosses itself at rest: said where, and refused."""
+"""Refusal of cloth that crosses itself at rest; the error names the places."""
 
 from typing import TYPE_CHECKING
 
@@ -14,41 +14,41 @@ if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
 MAX_CROSSING_RATIO = 0.002
-"""Share of the edges that may go through a triangle of a garment that is not refused."""
+"""Maximum fraction of edges that may cross a triangle of the garment."""
 
 
 def refuse_tangles(
-    name: str, sheet: Sheet, vertices: Vertices, posed: "PosedBody", pinched: Mask, *, most: float = MAX_CROSSING_RATIO
+    name: str, sheet: Sheet, vertices: Vertices, posed: "PosedBody", pinched: Mask, *, limit: float = MAX_CROSSING_RATIO
 ) -> float:
-    """The share of edges that go through a triangle, where it is small.
+    """Returns the fraction of edges that cross a triangle of the cloth, if it is small enough.
 
-    Where the body cuts through itself there may be no other place for the cloth: edges of pinched vertices excuse
-    themselves, and no others.
+    Where the body intersects itself there may be no other place for the cloth, so edges of pinched vertices are not
+    held against the garment.
 
     Args:
-        name: How errors call the garment.
-        sheet: Its cloth.
-        vertices: Where it is [m].
+        name: Name of the garment in errors.
+        sheet: The cloth.
+        vertices: Positions of the cloth [m].
         posed: The body that wears it.
-        pinched: Vertices that have no free place.
-        most: The share that is small.
+        pinched: Vertices without a free place.
+        limit: Maximum fraction of crossing edges without pinched vertices.
 
     Raises:
-        SimulationFailed: It is not small; the message names the places.
+        SimulationFailed: Too many edges cross the cloth; the message names the places.
     """
     crossed = crossing_edges(vertices, sheet.faces.astype(np.int32))
-    share = len(crossed) / len(sheet.edges)
+    fraction = len(crossed) / len(sheet.edges)
     crossed = crossed[~pinched[crossed].any(axis=1)]
-    if len(crossed) > most * len(sheet.edges):
+    if len(crossed) > limit * len(sheet.edges):
         raise SimulationFailed(
             f"'{name}' is tangled: {len(crossed)} of {len(sheet.edges)} edges go through its own cloth, "
             f"{_places(sheet, crossed, vertices, posed)}; lay its panels apart there, or leave out 'self_contact'"
         )
-    return share
+    return fraction
 
 
 def _places(sheet: Sheet, crossed: np.ndarray, vertices: Vertices, posed: "PosedBody") -> str:
-    """The three largest places, each with the joint that is nearest to it."""
+    """Describes the three largest places, each by the joint that is nearest to it."""
     count = sheet.vertex_count
     near = np.isin(sheet.faces, crossed).any(axis=1)
     # crossings whose edges are neighbours in the mesh are one place

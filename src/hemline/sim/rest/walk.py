@@ -1,11 +1,11 @@
-"""A garment brought into a pose by the body that wears it: from the rest drape, in a fixed number of damped frames."""
+"""Walks a garment into a pose: the body that wears it moves from the rest pose, in a fixed number of damped frames."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.bodies.lead_in import Stance, between
+from hemline.bodies.lead_in import Stance, interpolate_poses
 from hemline.errors import SimulationFailed
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.step.dressed_body import DressedBody
@@ -20,44 +20,47 @@ if TYPE_CHECKING:
     from hemline.motions.motion import Pose
 
 MAX_SPEED_MM_S = 20.0
-"""Mean speed at the end up to which cloth counts as still [mm/s]."""
+"""Maximum mean speed at the end of a walk at which cloth counts as still [mm/s]."""
 
-MOST_PINCHED, MOST_CROSSING_PERCENT = 0.03, 3.0
-"""Share of pinched vertices, and of edges that go through the cloth, up to which a walked garment is accepted."""
+MAX_PINCHED_RATIO, MAX_CROSSING_PERCENT = 0.03, 3.0
+"""Maximum fraction of pinched vertices, and maximum percentage of edges that cross the cloth, after a walk."""
 
 
 @dataclass(frozen=True)
 class Walk:
-    """How a body goes from its rest pose into another one, so that two garments can be compared.
+    """Protocol by which a body moves from its rest pose into another pose, so that garments can be compared.
 
-    Where a garment comes to lie depends on how it got there (friction, folds), by 5 to 10 mm on a T-shirt: anchors and
-    the poses that they are judged on must be reached in the same way.
+    The place where a garment comes to rest depends on its path (friction, folds), by 5 to 10 mm on a T-shirt. Anchors
+    and the poses that they are compared with must therefore be reached along the same path.
 
     Attributes:
-        name: Of this protocol; every file that holds such a garment names it. Another number, another name.
-        moving: Frames in which the body goes from the rest pose into the pose, beginning and ending slowly.
-        held: Frames in which it then stands still.
-        substeps: Steps of the cloth in each of them.
-        kept: Share of the velocity that is kept from frame to frame.
-        ironed: Frames after which cloth that goes through itself is ironed flat.
+        name: Name of this protocol, stored in every file with such a garment. Any change of the numbers needs a new
+            name.
+        moving_frames: Frames in which the body moves from the rest pose into the pose, slowly at both ends.
+        still_frames: Frames in which it then stands still.
+        substeps: Steps of the cloth in each frame.
+        velocity_ratio: Fraction of the velocity that is kept from frame to frame.
+        ironing_frames: Frames after which cloth that crosses itself is ironed flat.
     """
 
     name: str = "walk 1"
-    moving: int = 20
-    held: int = 30
+    moving_frames: int = 20
+    still_frames: int = 30
     substeps: int = 2
-    kept: float = 0.9
-    iron: tuple[int, ...] = (10, 20, 30)
+    velocity_ratio: float = 0.9
+    ironing_frames: tuple[int, ...] = (10, 20, 30)
 
 
 WALK = Walk()
-"""The protocol of anchors and test sets."""
+"""The protocol that anchors and test sets use."""
 
 
-def walk_into_pose(dressed: DressedBody, end: FrameEnd, drape: Positions, goal: "Pose", walk: Walk = WALK) -> ClothState:
-    """The cloth after the body went into a pose and stood still there.
+def walk_into_pose(
+    dressed: DressedBody, end: FrameEnd, drape: Positions, goal: "Pose", walk: Walk = WALK
+) -> ClothState:
+    """Moves the body into a pose and lets it stand still there; returns the state of the cloth.
 
-    Turned about the vertical and moved with it, the pose leads to the same cloth, turned and moved.
+    The same pose, turned about the vertical and moved, leads to the same cloth, turned and moved.
 
     Args:
         dressed: The garment on its body.
@@ -71,18 +74,21 @@ def walk_into_pose(dressed: DressedBody, end: FrameEnd, drape: Positions, goal: 
     """
     stance = Stance.of(dressed.shaped, goal, np.zeros(3))
     origin = stance.pose(dressed.shaped.rest_pose)
-    state, pose = dressed.stepper.start(stance.points(drape)), origin
-    for frame in range(1, walk.moving + walk.held + 1):
-        share = min(frame / walk.moving, 1.0)
-        following = between(origin, goal, share * share * (3 - 2 * share))
+    state, pose, projector = dressed.stepper.start(stance.points(drape)), origin, end.start()
+    for frame in range(1, walk.moving_frames + walk.still_frames + 1):
+        fraction = min(frame / walk.moving_frames, 1.0)
+        following = interpolate_poses(origin, goal, fraction * fraction * (3 - 2 * fraction))
         try:
-            state, _, posed = dressed.frame(state, pose, following, substeps=walk.substeps)
+            simulated = dressed.simulate_frame(state, pose, following, substeps=walk.substeps)
         except SimulationFailed as reason:
             raise SimulationFailed(f"walking '{dressed.garment.name}' into a pose: {reason}") from reason
-        cleaned = end.clean(posed, state.positions, 1 / dressed.settings.fps, state.contact_history)
-        state, pose = dressed.fed_back(state, cleaned.positions, cleaned.pinched), following
-        state = replace(state, velocities=walk.kept * state.velocities, change=walk.kept * state.change)
-        if frame in walk.ironed:
+        state, seconds = simulated.state, 1 / dressed.settings.fps
+        cleaned = end.clean(simulated.posed, state.positions, seconds, state.contact_history, projector=projector)
+        state, pose, projector = dressed.apply_projection(simulated, cleaned), following, cleaned.projector
+        state = replace(
+            state, velocities=walk.velocity_ratio * state.velocities, change=walk.velocity_ratio * state.change
+        )
+        if frame in walk.ironing_frames:
             state = _iron_crossings(dressed, state)
     return state
 
@@ -96,21 +102,21 @@ def _iron_crossings(dressed: DressedBody, state: ClothState) -> ClothState:
 
 
 def accept(rest: Rest, state: ClothState) -> Rest:
-    """A walked garment with its speed among the figures, `speed_mm_s`.
+    """Checks a garment after a walk; returns it with the figure `speed_mm_s`.
 
     Raises:
-        SimulationFailed: It moves still, or too much of it is pinched or goes through itself.
+        SimulationFailed: It still moves, or too much of it is pinched or crosses itself.
     """
     speed = 1e3 * float(np.linalg.norm(state.velocities, axis=1).mean())
     pinched, crossing = float(rest.pinched.mean()), rest.figures["self_crossing_percent"]
-    for what, found, most in (
+    for what, value, limit in (
         ("mean speed [mm/s]", speed, MAX_SPEED_MM_S),
-        ("pinched share", pinched, MOST_PINCHED),
-        ("edges through the cloth [%]", crossing, MOST_CROSSING_PERCENT),
+        ("pinched share", pinched, MAX_PINCHED_RATIO),
+        ("edges through the cloth [%]", crossing, MAX_CROSSING_PERCENT),
     ):
-        if not found <= most:
+        if not value <= limit:
             raise SimulationFailed(
-                f"'{rest.garment.name}' did not come to rest in this pose: {what} {found:.3g}, accepted up to "
-                f"{most:g}; choose another pose, or lift the limbs that press it together"
+                f"'{rest.garment.name}' did not come to rest in this pose: {what} {value:.3g}, accepted up to "
+                f"{limit:g}; choose another pose, or lift the limbs that press it together"
             )
     return replace(rest, figures=rest.figures | {"speed_mm_s": speed})

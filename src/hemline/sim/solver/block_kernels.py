@@ -1,8 +1,8 @@
-"""Blocks of 3 x 3 times vectors: the inner loops of the solver, written in the compiler's own vectors.
+"""Products of 3 x 3 blocks and vectors: the inner loops of the solver, written in the compiler's own vectors.
 
-A block is stored by columns, nine numbers without a gap; a vector has four numbers a vertex, the fourth of them 0. A
-block times a vector is one multiplication of sixteen lanes, of which the last seven are not looked at: the compiler
-cuts it into what the processor has. Written out as scalars the same loop takes twice the time.
+A block is stored by columns, nine numbers without a gap. A vector has four numbers per vertex, the fourth of them 0.
+The product of a block and a vector is one multiplication of sixteen lanes, of which the last seven are ignored; the
+compiler splits it into what the processor has. The same loop written with scalars takes twice the time.
 """
 
 import llvmlite.ir as ir
@@ -15,23 +15,23 @@ _FOUR, _WIDE = ir.VectorType(_FLOAT, 4), ir.VectorType(_FLOAT, 16)
 _FAST = ("contract", "nsz")
 
 PAD = 7
-"""Numbers to keep behind the last block, which is read sixteen wide."""
+"""Numbers of padding after the last block, which is read sixteen wide."""
 
 
 def blocks_of(count: int) -> np.ndarray:
-    """Room for so many blocks, flat, float32."""
+    """Returns an array for a number of blocks, flat, float32."""
     return np.zeros(9 * count + PAD, np.float32)
 
 
 def vector_of(vertices: int) -> np.ndarray:
-    """Room for a vector, flat, four numbers a vertex, float32, aligned to a line of cache."""
+    """Returns an array for a vector, flat, four numbers per vertex, float32, aligned to a cache line."""
     room = np.zeros(4 * vertices + 16, np.float32)
     first = -room.ctypes.data % 64 // 4
     return room[first : first + 4 * vertices]
 
 
 class _Lanes:
-    """Writes operations on vectors."""
+    """Generates operations on vectors."""
 
     def __init__(self, context, builder, signature, arguments):
         self.builder = builder
@@ -52,7 +52,7 @@ class _Lanes:
         return self.builder.bitcast(self.builder.gep(data, [index]), kind.as_pointer())
 
     def entry(self, data, index):
-        """An unsigned index out of an array."""
+        """Loads an unsigned index from an array."""
         return self.builder.zext(self.builder.load(self.builder.gep(data, [index])), _INT64)
 
     def times(self, index, factor: int):
@@ -76,7 +76,7 @@ class _Lanes:
         return self.builder.fsub(a, b, flags=_FAST)
 
     def columns(self, blocks, block, vector):
-        """The three columns of a block one after the other, each times its number of a vector."""
+        """Multiplies the three columns of a block, one after the other, by their numbers of a vector."""
         column = self.load(blocks, self.times(block, 9), _WIDE)
         return self.multiply(column, self.shuffle(vector, [0, 0, 0, 1, 1, 1, 2, 2, 2] + [3] * 7))
 
@@ -85,7 +85,7 @@ class _Lanes:
         return self.add(self.add(x, y), z)
 
     def three(self, vector):
-        """The same with a 0 in the fourth lane."""
+        """Sets the fourth lane of a vector to 0."""
         return self.builder.insert_element(vector, ir.Constant(_FLOAT, 0.0), ir.Constant(_INT32, 3))
 
     def dot(self, a, b):
@@ -96,7 +96,10 @@ class _Lanes:
 
 @intrinsic
 def advance(typing, vertex, alpha, search, product, solution, residual, inverse):
-    """Go on by alpha along the search direction; then product = D^-1 residual. Returns their dot product, float32."""
+    """Moves the solution by alpha along the search direction, then sets product = D^-1 residual.
+
+    Returns: Their dot product, float32.
+    """
 
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)
@@ -114,7 +117,7 @@ def advance(typing, vertex, alpha, search, product, solution, residual, inverse)
 
 @intrinsic
 def turn(typing, vertex, cluster, beta, coarse, product, search):
-    """The next search direction: product + coarse + beta search; `coarse` has four numbers a cluster."""
+    """Computes the next search direction: product + coarse + beta search; `coarse` has four numbers per cluster."""
 
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)
@@ -130,10 +133,12 @@ def turn(typing, vertex, cluster, beta, coarse, product, search):
 
 @intrinsic
 def row_product(typing, row, own, ring, ring_begin, ring_end, blocks, far, far_begin, far_end, numbers, vector, out):
-    """One row of the matrix times a vector, written to `out`; returns vector . out of that row, float32.
+    """Multiplies one row of the matrix by a vector and writes the result to `out`.
 
     The row has its own block (number `row` of `own`), the blocks ring_begin:ring_end with columns in `ring`, and the
     multiples of the unit matrix far_begin:far_end with columns in `far`.
+
+    Returns: vector . out of that row, float32.
     """
 
     def generate(context, builder, signature, arguments):
@@ -164,7 +169,7 @@ def row_product(typing, row, own, ring, ring_begin, ring_end, blocks, far, far_b
 
 @intrinsic
 def pair_product(typing, pair, corners, weights, blocks, vector, out):
-    """out[pair] = B sum of weight vector[corner], over the four corners of a pair of cloth and its block."""
+    """Computes out[pair] = B sum of weight vector[corner], over the four corners of a pair with its block B."""
 
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)
@@ -183,7 +188,7 @@ def pair_product(typing, pair, corners, weights, blocks, vector, out):
 
 @intrinsic
 def add_pairs(typing, row, begin, end, entries, weights, product, vector, out):
-    """out[row] += weight product[pair] for entries 4 pair + corner; returns vector . what was added, float32."""
+    """Computes out[row] += weight product[pair] for entries 4 pair + corner. Returns vector . the sum, float32."""
 
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)

@@ -1,4 +1,4 @@
-"""A mesh cut into compact parts, by halving along the longest way through each."""
+"""Cuts a mesh into compact parts, by repeated halving along the longest path through each."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from hemline.compiled import kernel
 
 @kernel
 def _sweep(starts, columns, owner, number, members, first, stamp, seen, order_out):
-    """The members in the order of breadth first from one of them; pieces apart come after."""
+    """Orders the members by breadth-first search from one of them; disconnected members come after."""
     found = head = after = 0
     start = first
     while found < members.shape[0]:
@@ -31,11 +31,11 @@ def _sweep(starts, columns, owner, number, members, first, stamp, seen, order_ou
 
 @kernel
 def bisect_vertices(starts, columns, members, parts, part_out):
-    """Cut vertices into so many parts.
+    """Cuts vertices into parts.
 
-    # in:  starts, columns: neighbours of each vertex; members: the vertices to be cut, ascending
-    # out: part_out: part of each vertex; of the others as it was
-    # Returns the number of parts: fewer than asked where there are fewer vertices.
+    Reads: starts, columns: neighbours of each vertex; members: vertices to be cut, ascending; parts: number of parts.
+    Writes: part_out (verts,): part of each member; other entries stay.
+    Returns: The number of parts, which is smaller than requested if there are fewer vertices.
     """
     count, made, number, stamp = starts.shape[0] - 1, 0, 0, 0
     owner, seen = np.full(count, -1, np.int64), np.full(count, -1, np.int64)

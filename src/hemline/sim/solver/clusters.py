@@ -11,10 +11,10 @@ from hemline.sim.cloth.sheet import Sheet
 from .cluster_kernels import bisect_vertices
 
 VERTICES_PER_CLUSTER = 80
-"""Free vertices in a cluster, about."""
+"""Approximate number of free vertices in a cluster."""
 
 MAX_CLUSTERS = 160
-"""Clusters, at most: the coarse system is solved directly."""
+"""Maximum number of clusters: the coarse system is solved directly."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Clusters:
 
     Attributes:
         label: Cluster of each vertex; one past the last for pinned ones.
-        members: The free vertices of each cluster.
+        members: Free vertices of each cluster.
         width: Entries in a row of the banded coarse matrix.
     """
 
@@ -33,9 +33,9 @@ class Clusters:
 
 
 def make_clusters(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Clusters:
-    """Cut the free vertices into clusters by halving along the longest way through the mesh, again and again.
+    """Cuts the free vertices into clusters by repeated halving along the longest path through the mesh.
 
-    Clusters are numbered so that joined ones have near numbers (reverse Cuthill-McKee), which keeps the coarse matrix
+    Clusters are numbered so that joined ones have close numbers (reverse Cuthill-McKee), which keeps the coarse matrix
     narrow.
     """
     from scipy.sparse import csr_array
@@ -60,8 +60,10 @@ def make_clusters(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Clusters:
 
 
 def cut(sheet: Sheet, vertices: np.ndarray, parts: int) -> list[np.ndarray]:
-    """So many compact parts of the mesh, about equal in size, by halving along the longest way through each; fewer
-    where there are fewer vertices.
+    """Cuts vertices into compact parts of about equal size, by repeated halving along the longest path through each.
+
+    Returns:
+        Vertices of each part; fewer parts than requested if there are fewer vertices.
     """
     graph, members = _graph(sheet), np.sort(vertices).astype(np.int64)
     part = np.full(sheet.vertex_count, -1, np.int64)
@@ -71,7 +73,7 @@ def cut(sheet: Sheet, vertices: np.ndarray, parts: int) -> list[np.ndarray]:
 
 
 def _graph(sheet: Sheet):
-    """All couplings of the sheet, those of bending stencils included."""
+    """Returns all couplings of the sheet, including those of bending stencils."""
     from scipy.sparse import csr_array
 
     count = sheet.vertex_count

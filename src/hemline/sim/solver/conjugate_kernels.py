@@ -1,8 +1,8 @@
 """Conjugate gradients on 3 x 3 blocks, preconditioned on two levels: float32 storage, float64 sums in fixed order.
 
 The preconditioner adds the inverses of the diagonal blocks and a coarse correction that moves whole clusters of
-vertices: M = D^-1 + P (P^T A P)^-1 P^T, with P constant on each cluster. The coarse matrix is banded and factorised
-anew for every system.
+vertices: M = D^-1 + P (P^T A P)^-1 P^T, with P constant on each cluster. The coarse matrix is banded and factorised for
+every system.
 """
 
 from typing import NamedTuple
@@ -18,16 +18,16 @@ from .layout import Pattern
 FAST = {"contract", "nsz", "arcp"}
 
 FEW_PAIRS = 200
-"""Pairs that one thread is done with before others have begun."""
+"""Up to this number of pairs, one thread is faster than several."""
 
 
 class Matrix(NamedTuple):
     """The Hessian by slots, without pairs; blocks of nine numbers, flat float32, by columns, see `block_kernels`.
 
     Attributes:
-        blocks: One for each entry of the layout's ring.
-        diagonal: One a slot.
-        inverse: Of each diagonal block, pairs included; 0 for fixed vertices.
+        blocks: One block for each entry of the layout's ring.
+        diagonal: One block for each slot.
+        inverse: Inverse of each diagonal block, with pairs; 0 for fixed vertices.
     """
 
     blocks: Float[np.ndarray, " entries9"]
@@ -36,14 +36,14 @@ class Matrix(NamedTuple):
 
 
 class PairBlocks(NamedTuple):
-    """What pairs add to the matrix: of each, w w^T times a block.
+    """Contributions of pairs to the matrix: w w^T times a block for each pair.
 
     Attributes:
-        corners: Slots of its four vertices.
-        weights: Of the corners, float32.
-        block: Flat, nine a pair.
-        starts, entries: Pairs of each vertex, 4 pair + corner; empty where pairs are few.
-        product: Working memory, a vector of as many as there are pairs.
+        corners: Slots of the four vertices of each pair.
+        weights: Weights of the corners, float32.
+        block: Blocks, flat, nine numbers per pair.
+        starts, entries: Pairs of each vertex, 4 pair + corner; empty if there are few pairs.
+        product: Working memory: a vector with an entry per pair.
     """
 
     corners: Int[np.ndarray, "pairs 4"]
@@ -55,7 +55,7 @@ class PairBlocks(NamedTuple):
 
 
 class Vectors(NamedTuple):
-    """Vectors of the solver: four numbers a slot, float32."""
+    """Vectors of the solver: four numbers per slot, float32."""
 
     solution: Float[np.ndarray, " slots4"]
     residual: Float[np.ndarray, " slots4"]
@@ -64,7 +64,7 @@ class Vectors(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """What is summed in each cluster: a number, three of them twice in float64, four in float32."""
+    """Sums over each cluster: one number, twice three in float64, and four in float32."""
 
     partial: Float[np.ndarray, " clusters"]
     cluster: Float[np.ndarray, " clusters3"]
@@ -74,7 +74,10 @@ class Sums(NamedTuple):
 
 @kernel(parallel=True)
 def coarse_matrix(pattern: Pattern, matrix: Matrix, band_out):
-    """P^T A P, lower half: entry (r, c) lies at band[r, c - r + width - 1]."""
+    """Computes the lower half of P^T A P; entry (r, c) lies at band[r, c - r + width - 1].
+
+    Writes: band_out (3 clusters, width).
+    """
     _, _, begin, end, label, ring_starts, ring, far_starts, far, far_bending = pattern
     blocks, diagonal, _ = matrix
     width = band_out.shape[1]
@@ -130,7 +133,10 @@ def coarse_matrix(pattern: Pattern, matrix: Matrix, band_out):
 
 @kernel(fastmath={"contract", "reassoc", "nsz"})
 def factorise(band):
-    """Cholesky factor of a banded matrix, in place; False if it is not positive."""
+    """Computes the Cholesky factor of a banded matrix, in place.
+
+    Returns: False if the matrix is not positive.
+    """
     count, width = band.shape
     here = width - 1
     for r in range(count):
@@ -152,7 +158,7 @@ def factorise(band):
 
 @kernel(fastmath={"contract", "reassoc", "nsz"})
 def solve_band(band, values):
-    """Solve L L^T x = values in place, three rows at once: the band holds whole blocks of three."""
+    """Solves L L^T x = values in place, three rows at once: the band holds whole blocks of three."""
     count, width = band.shape
     here = width - 1
     for r in range(0, count, 3):
@@ -202,14 +208,13 @@ def conjugate_gradients(
     vectors: Vectors,
     sums: Sums,
 ):
-    """Solve A x = right for the free vertices, which are those in clusters; the others stay 0.
+    """Solves A x = right for the free vertices, which are those in clusters; the others stay 0.
 
-    # model: A = blocks on the ring, far_bending I beyond it, diagonal, and of each pair w w^T times its block;
-    # in:  band: factor of the coarse matrix; right: a vector; tolerance: on sqrt(r . M r) relative to its start;
-    #      iterations: at most
-    # out: vectors.solution; the rest of vectors and sums, and pairs.product, are working memory. Vectors and blocks are
-    #      flat and by slots, see `layout` and `block_kernels`
-    # Returns the number of iterations.
+    Model: A = blocks on the ring, far_bending I beyond it, diagonal, and w w^T times the block of each pair
+    Reads: band: factor of the coarse matrix; right: a vector; tolerance: on sqrt(r . M r) relative to its start;
+        iterations: maximum. Vectors and blocks are flat and by slots, see `layout` and `block_kernels`.
+    Writes: vectors.solution; the rest of vectors and sums, and pairs.product, are working memory.
+    Returns: The number of iterations.
     """
     _, vertex, begin, end, _, ring_starts, ring, far_starts, far, far_bending = pattern
     blocks, diagonal, inverse = matrix

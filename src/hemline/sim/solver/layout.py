@@ -1,4 +1,4 @@
-"""The order in which the solver keeps vertices: cluster by cluster, so that a thread works on memory of its own."""
+"""The solver's order of vertices: cluster by cluster, so that each thread works on memory of its own."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -12,28 +12,28 @@ from hemline.sim.cloth.sheet import Sheet
 from .clusters import make_clusters
 
 SLOTS_PER_LINE = 4
-"""Vertices of a solver's vector in a line of cache: clusters begin at a multiple of it."""
+"""Vertices of a solver's vector in one cache line; clusters begin at a multiple of it."""
 
 
 @dataclass(frozen=True)
 class Layout:
     """Places ("slots") of the vertices in the solver's vectors, and the pattern of its matrix in that order.
 
-    Slots that no vertex has fill up a cluster's last line; their rows are empty. Fixed vertices come behind all
+    Slots without a vertex fill up a cluster's last cache line; their rows are empty. Fixed vertices come after all
     clusters.
 
     Attributes:
-        slot: Place of each vertex.
-        vertex: Vertex at each place; 0 where there is none.
+        slot: Slot of each vertex.
+        vertex: Vertex in each slot; 0 for an empty slot.
         begin: First slot of each cluster.
-        end: One past its last slot that has a vertex.
-        cluster: Cluster of each slot; the number of clusters for fixed vertices and slots without one.
+        end: One past the last slot of each cluster that has a vertex.
+        cluster: Cluster of each slot; the number of clusters for fixed vertices and empty slots.
         width: Entries in a row of the banded coarse matrix.
         ring: The sheet's `ring`, by slots.
-        ring_bending: The sheet's, in that order.
+        ring_bending: The sheet's `ring_bending`, in that order.
         edge_slots: Entries (i, j) and (j, i) of each edge in that order.
         far: The sheet's `far`, by slots.
-        far_bending: The sheet's, in that order.
+        far_bending: The sheet's `far_bending`, in that order.
     """
 
     slot: UInt[np.ndarray, " verts"]
@@ -50,7 +50,7 @@ class Layout:
 
 
 class Pattern(NamedTuple):
-    """A layout as kernels take it: flat, as tuples within tuples take microseconds to unpack."""
+    """A layout as kernels take it. It is flat because tuples within tuples cost microseconds to unpack."""
 
     slot: UInt[np.ndarray, " verts"]
     vertex: UInt[np.ndarray, " slots"]
@@ -64,24 +64,24 @@ class Pattern(NamedTuple):
     far_bending: Float[np.ndarray, " far"]
 
     @classmethod
-    def of(cls, layout: Layout) -> "Pattern":
-        """That of a layout."""
+    def from_layout(cls, layout: Layout) -> "Pattern":
+        """Returns the pattern of a layout."""
         one, two = layout.ring, layout.far
         return cls(layout.slot, layout.vertex, layout.begin, layout.end, layout.cluster, *one, *two, layout.far_bending)
 
 
 def make_layout(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Layout:
-    """Lay out the rows of a sheet, some of whose vertices are fixed."""
+    """Lays out the rows of a sheet, some of whose vertices are fixed."""
     clusters = make_clusters(sheet, fixed)
     members = clusters.members
     sizes = np.diff(members.starts.astype(np.int64))
     lines = (sizes + SLOTS_PER_LINE - 1) // SLOTS_PER_LINE * SLOTS_PER_LINE
     begin = np.cumsum(lines) - lines
-    still = np.flatnonzero(fixed)
-    free_slots, count = int(lines.sum()), int(lines.sum()) + len(still)
+    fixed_vertices = np.flatnonzero(fixed)
+    free_slots, count = int(lines.sum()), int(lines.sum()) + len(fixed_vertices)
     slot = np.empty(sheet.vertex_count, np.int64)
     slot[members.columns] = np.repeat(begin - members.starts[:-1], sizes) + np.arange(len(members.columns))
-    slot[still] = free_slots + np.arange(len(still))
+    slot[fixed_vertices] = free_slots + np.arange(len(fixed_vertices))
     vertex, cluster = np.zeros(count, np.uint32), np.full(count, len(sizes), np.uint32)
     vertex[slot] = np.arange(sheet.vertex_count)
     cluster[slot] = clusters.label
@@ -105,7 +105,7 @@ def make_layout(sheet: Sheet, fixed: Bool[np.ndarray, " verts"]) -> Layout:
 
 
 def _reorder(rows: Rows, slot: np.ndarray, count: int) -> tuple[Rows, np.ndarray]:
-    """The pattern by slots, and which of the old entries each new one is."""
+    """Returns the pattern by slots, and the old number of each new entry."""
     lengths = np.diff(rows.starts.astype(np.int64))
     row, column = slot[np.repeat(np.arange(len(lengths)), lengths)], slot[rows.columns]
     order = np.lexsort((column, row))

@@ -1,4 +1,4 @@
-"""One linear system: the Hessian in the solver's order, and what solving it needs."""
+"""One linear system: the Hessian in the solver's order, and the arrays for its solution."""
 
 import numpy as np
 
@@ -8,19 +8,19 @@ from .layout import Layout, Pattern
 
 
 class System:
-    """Working arrays of the solver for one layout; filled, solved and filled anew.
+    """Working arrays of the solver for one layout, which are filled and solved repeatedly.
 
     Attributes:
         pattern: The layout, as kernels take it.
         matrix: The Hessian, without pairs.
         right: Right-hand side, a vector.
-        vectors: The solution, and vectors to work with.
-        band: The coarse level of the preconditioner, factorised.
+        vectors: The solution and working vectors.
+        band: Factor of the coarse level of the preconditioner.
     """
 
     def __init__(self, layout: Layout):
         slots, clusters = len(layout.vertex), len(layout.begin)
-        self.pattern = Pattern.of(layout)
+        self.pattern = Pattern.from_layout(layout)
         self.matrix = Matrix(*(blocks_of(count) for count in (len(layout.ring.columns), slots, slots)))
         self.right = vector_of(slots)
         self.vectors = Vectors(*(vector_of(slots) for _ in range(4)))
@@ -28,17 +28,17 @@ class System:
         self.sums = Sums(np.empty(clusters), np.empty(3 * clusters), np.empty(3 * clusters), vector_of(clusters))
 
     def coarsen(self) -> bool:
-        """The coarse level of the preconditioner from the matrix as it is; False: it is not positive."""
+        """Builds the coarse level of the preconditioner from the matrix; returns False if it is not positive."""
         coarse_matrix(tuple(self.pattern), tuple(self.matrix), self.band)
         return bool(factorise(self.band))
 
-    def solve(self, pairs: PairBlocks, *, share: float, steps: int) -> int:
-        """Conjugate gradients; returns how many steps they took.
+    def solve(self, pairs: PairBlocks, *, tolerance: float, steps: int) -> int:
+        """Solves the system by conjugate gradients; returns the number of steps.
 
         Args:
-            pairs: Added to the matrix.
-            share: They stop when the preconditioned residual has fallen to this share.
-            steps: At most.
+            pairs: Contributions of pairs, added to the matrix.
+            tolerance: The iteration stops when the preconditioned residual has fallen to this fraction.
+            steps: Maximum number of steps.
         """
-        what = tuple(self.pattern), tuple(self.matrix), self.band, tuple(pairs), self.right
-        return conjugate_gradients(*what, share, steps, tuple(self.vectors), tuple(self.sums))
+        inputs = tuple(self.pattern), tuple(self.matrix), self.band, tuple(pairs), self.right
+        return conjugate_gradients(*inputs, tolerance, steps, tuple(self.vectors), tuple(self.sums))

@@ -1,12 +1,11 @@
-"""A garment on a body: what drives the cloth at a pose, and the end of each frame."""
+"""A garment on a body: its scene at a pose, and the steps of one frame."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Int
 
-from hemline.bodies.lead_in import between
+from hemline.bodies.lead_in import interpolate_poses
 from hemline.collide import limb_of_vertices
 from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
@@ -14,12 +13,13 @@ from hemline.motions.motion import Pose
 from hemline.sim.cloth.join import join_sheets
 from hemline.sim.cloth.sheet import Elastic, Sheet, make_sheet
 from hemline.sim.cloth.wind import Wind
-from hemline.sim.contact.body.surface import MovingSkin, BodySurface
+from hemline.sim.contact.body.surface import BodySurface, MovingSkin
 from hemline.sim.contact.pairs.capsules import Capsules
 from hemline.sim.settings import SimSettings
 
+from .frame_end import CleanCloth
 from .model import ClothModel
-from .state import ClothState, Scene, StepReport
+from .state import ClothState, StepReport, StepScene
 from .stepper import Stepper
 
 if TYPE_CHECKING:
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 
 def make_garment_sheet(garment: Garment) -> Sheet:
-    """The garment's cloth, laid out for the solver, piece by piece."""
+    """Makes the sheet of a garment from its pieces."""
     sheets, first, owner = [], 0, garment.face_pieces
-    for number, piece in enumerate(garment.worn):
+    for number, piece in enumerate(garment.layers):
         faces, material = garment.faces[owner == number] - np.int32(first), piece.material
         elastic = Elastic(
             density=material.density,
@@ -47,8 +47,39 @@ def make_garment_sheet(garment: Garment) -> Sheet:
     return join_sheets(sheets)
 
 
+@dataclass(frozen=True, eq=False)
+class SimulatedFrame:
+    """One frame of the cloth before the projection.
+
+    Attributes:
+        state: The cloth at the end of the frame.
+        reports: Report of each step.
+        posed: The body at the end of the frame.
+        skin_before: The skin at the start of the last step.
+        skin: The skin at the end of the last step.
+        step_seconds: Length of the last step [s].
+    """
+
+    state: ClothState
+    reports: list[StepReport]
+    posed: "PosedBody"
+    skin_before: MovingSkin
+    skin: MovingSkin
+    step_seconds: float
+
+
 class DressedBody:
-    """One garment on one body shape, ready to be stepped from pose to pose."""
+    """One garment on one body shape, ready to be stepped from pose to pose.
+
+    Args:
+        garment: The garment, on this body shape.
+        shaped: The body.
+        settings: Settings of the simulator.
+        wind: Wind over time and place; None for that of the settings.
+
+    Raises:
+        BadGarment: A pin of the garment names a face that the body does not have.
+    """
 
     def __init__(self, garment: Garment, shaped: "ShapedBody", settings: SimSettings, wind: Wind | None = None):
         from scipy.spatial import KDTree
@@ -70,77 +101,78 @@ class DressedBody:
             pin_stiffness=garment.pins.stiffness,
             surface=self.surface,
             capsules=Capsules.of(shaped),
-            home=limb[KDTree(shaped.vertices).query(garment.vertices)[1]],
+            rest_limb=limb[KDTree(shaped.vertices).query(garment.vertices)[1]],
             settings=settings,
             wind=wind,
         )
 
     @property
     def model(self) -> ClothModel:
-        """What never moves of the cloth."""
+        """Constants of the cloth."""
         return self.stepper.model
 
-    def scene(self, posed: "PosedBody") -> Scene:
-        """What drives the cloth at a pose."""
+    def scene(self, posed: "PosedBody") -> StepScene:
+        """Returns what drives the cloth at a pose."""
         pins = np.asarray(self.garment.pins.on(posed), np.float64)
-        return Scene(pins, MovingSkin(posed.vertices, posed.normals), posed.joints)
+        return StepScene(pins, MovingSkin(posed.vertices, posed.normals), posed.joints)
 
-    def frame(
+    def simulate_frame(
         self, state: ClothState, first: Pose, second: Pose, *, substeps: int | None = None, seconds: float | None = None
-    ) -> tuple[ClothState, list[StepReport], "PosedBody"]:
-        """The cloth at the end of one frame, before the projection.
+    ) -> SimulatedFrame:
+        """Steps the cloth through one frame, without the projection at its end.
 
         Args:
-            state: At the first pose.
+            state: The cloth at the first pose.
             first: Pose at the start.
             second: Pose at the end.
-            substeps: Steps; None: those of the settings.
-            seconds: Length of the frame; None: that of the settings.
+            substeps: Number of steps; None for that of the settings.
+            seconds: Length of the frame [s]; None for that of the settings.
 
         Raises:
             SimulationFailed: A step failed at its shortest.
         """
         substeps, seconds = substeps or self.settings.substeps, seconds or 1 / self.settings.fps
-        posed: dict[float, tuple[PosedBody, Scene]] = {}
+        posed: dict[float, tuple[PosedBody, StepScene]] = {}
 
-        def at(share: float) -> tuple["PosedBody", Scene]:
-            if share not in posed:
-                body = self.shaped.posed(between(first, second, share))
-                posed[share] = body, self.scene(body)
-            return posed[share]
+        def at(fraction: float) -> tuple["PosedBody", StepScene]:
+            if fraction not in posed:
+                body = self.shaped.posed(interpolate_poses(first, second, fraction))
+                posed[fraction] = body, self.scene(body)
+            return posed[fraction]
 
         reports = []
         for step in range(substeps):
 
-            def scene_at(share: float, step: int = step) -> Scene:
-                return at((step + share) / substeps)[1]
+            def scene_at(fraction: float, step: int = step) -> StepScene:
+                return at((step + fraction) / substeps)[1]
 
             state, report = self.stepper.advance(state, seconds / substeps, scene_at)
             reports.append(report)
-        body, self._now = at(1.0)
-        self._then, self._step = at((substeps - 1) / substeps)[1], seconds / substeps
-        return state, reports, body
+        (body, now), (_, before) = at(1.0), at((substeps - 1) / substeps)
+        assert now.skin is not None and before.skin is not None
+        return SimulatedFrame(state, reports, body, before.skin, now.skin, seconds / substeps)
 
-    def fed_back(self, state: ClothState, positions: np.ndarray, pinched: Int[np.ndarray, " pinched"]) -> ClothState:
-        """The state after the projection moved the cloth: velocities into the body, seen from it, are taken away.
+    def apply_projection(self, frame: SimulatedFrame, cleaned: CleanCloth) -> ClothState:
+        """Returns the state after the projection moved the cloth.
+
+        Velocities into the body, relative to its motion, are removed where a vertex was moved.
 
         Args:
-            state: At the end of the frame, before.
-            positions: After the projection.
-            pinched: Vertices whose contact yields from now on.
+            frame: The frame before the projection.
+            cleaned: The cloth after the projection; its pinched vertices yield from now on.
         """
+        state, positions = frame.state, cleaned.positions
         moved = positions - state.positions
         length = np.linalg.norm(moved, axis=1)
         direction = moved / np.maximum(length, 1e-12)[:, None]
-        now, then = self._now.skin, self._then.skin
-        assert now is not None and then is not None
-        closest = self.surface.closest(positions, now, length < 1e-7)
-        planes = self.surface.planes(closest, positions, then, now, np.ones(len(positions)))
-        body_velocity = np.where((closest.face >= 0)[:, None], (planes.carried - positions) / self._step, 0.0)
+        closest = self.surface.closest(positions, frame.skin, length < 1e-7)
+        planes = self.surface.planes(closest, positions, frame.skin_before, frame.skin, np.ones(len(positions)))
+        body_velocity = (planes.carried - positions) / frame.step_seconds
+        body_velocity = np.where((closest.face >= 0)[:, None], body_velocity, 0.0)
         inward = np.minimum(np.einsum("vi,vi->v", state.velocities - body_velocity, direction), 0.0)
         velocities = state.velocities - np.where(length < 1e-7, 0.0, inward)[:, None] * direction
         mask = np.zeros(len(positions), bool)
-        mask[pinched] = True
+        mask[cleaned.pinched] = True
         # pins stay where they are bound: moved out and back, they would shake the cloth
         positions = np.where(self.model.fixed[:, None], state.positions, positions)
         return replace(state, positions=positions, velocities=velocities, pinched=mask)

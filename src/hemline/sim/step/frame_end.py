@@ -1,4 +1,4 @@
-"""The end of a frame: no vertex stays inside the body, and what that took."""
+"""The end of a frame: pushes vertices out of the body, and counts those that were inside."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -15,54 +15,51 @@ if TYPE_CHECKING:
     from hemline.garments.garment import Garment
 
 SETTINGS = ProjectionSettings(margin=0.001, gap=0.0003, release=1e-3)
-"""Contact holds the cloth off the body, so the projection has a thin margin, and no displacement outlives its frame."""
+"""Settings of the projection. Contact holds the cloth off the body already, so the margin is thin, and no displacement
+outlives its frame."""
 
 MAX_PINCHED_MOVE = 0.01
-"""A vertex that is inside two parts of the body at once is not led out farther than that [m]."""
+"""A vertex that is inside two parts of the body at once is moved out by this distance at most [m]."""
 
 COUNT_INTERVAL = 10
-"""Frames from one count by winding numbers, beside the projection's own, to the next."""
+"""Frames between two counts of vertices inside the body by winding numbers."""
 
 _PREFIX = "projector."
 
 
 @dataclass(frozen=True)
-class Cleaned:
-    """Cloth after the projection.
+class CleanCloth:
+    """Cloth after the projection at the end of a frame.
 
     Attributes:
-        positions: [m]
-        pinched: Vertices that have no free place.
-        inside: Vertices inside the body that are not pinched, counted in some frames; 0 in the others.
-        deepest_mm: How far the deepest vertex was inside before.
+        positions: Positions after the projection [m].
+        pinched: Vertices without a free place.
+        inside: Number of vertices inside the body that are not pinched; 0 in frames without a count.
+        deepest_mm: Largest depth inside the body before the projection [mm].
+        projector: State of the projection, which the next frame starts from.
     """
 
     positions: Float[np.ndarray, "verts 3"]
     pinched: Int[np.ndarray, " pinched"]
     inside: int
     deepest_mm: float
+    projector: ProjectorState
 
 
 class FrameEnd:
-    """Pushes the cloth out of the body at the end of each frame.
+    """Pushes the cloth out of the body at the end of each frame. It holds no state between frames.
 
     Args:
         garment: The garment.
         shaped: The body.
-        memory: What `memory` returned at the end of the part before.
     """
 
-    def __init__(self, garment: "Garment", shaped: "ShapedBody", memory: Mapping[str, np.ndarray] | None = None):
+    def __init__(self, garment: "Garment", shaped: "ShapedBody"):
         self.projector = Projector.prepare(shaped, garment.vertices, garment.faces, settings=SETTINGS)
-        self.state = self.projector.start() if memory is None else remembered(memory)
 
-    def memory(self) -> dict[str, np.ndarray]:
-        """What the next frame depends on, as arrays."""
-        values = {field.name: getattr(self.state, field.name) for field in fields(self.state)}
-        return {
-            _PREFIX + name: value.astype(np.uint8) if value.dtype == bool else value
-            for name, value in ((name, np.atleast_1d(np.asarray(value))) for name, value in values.items())
-        }
+    def start(self) -> ProjectorState:
+        """Returns the state of the projection before the first frame."""
+        return self.projector.start()
 
     def clean(
         self,
@@ -70,33 +67,38 @@ class FrameEnd:
         positions: Float[np.ndarray, "verts 3"],
         seconds: float,
         contact_history: HistoryFaces | None = None,
-    ) -> Cleaned:
-        """Project one frame.
+        *,
+        projector: ProjectorState | None = None,
+    ) -> CleanCloth:
+        """Projects one frame.
 
         Args:
             posed: The body at the end of the frame.
-            positions: The cloth there [m].
+            positions: The cloth at the end of the frame [m].
             seconds: Length of the frame [s].
-            contact_history: Where the body held the cloth off in it; None: the cloth has no past.
+            contact_history: Faces of the body that held the cloth off in this frame; None if the cloth has no history.
+            projector: State of the projection after the frame before; None for the first frame.
         """
         before = positions.astype(np.float32)
         places = None if contact_history is None else contact_history[:, 0]
-        self.state, after, report = self.projector.project(self.state, posed, before, dt=seconds, places=places)
-        kept = self._caught(posed, before, after)
-        after[kept] = before[kept]
-        pinched = np.union1d(report.pinched, kept)
+        state = self.start() if projector is None else projector
+        state, after, report = self.projector.project(state, posed, before, dt=seconds, places=places)
+        stuck = self._stuck_between_parts(posed, before, after)
+        after[stuck] = before[stuck]
+        pinched = np.union1d(report.pinched, stuck)
         moved = (after != before).any(axis=1)
-        within = 0
-        if self.state.frame % COUNT_INTERVAL == 0:
-            found = inside(posed.vertices, posed.faces, after)
-            found[pinched] = False
-            within = int(found.sum())
-        return Cleaned(np.where(moved[:, None], after, positions), pinched, within, report.deepest_mm)
+        count = 0
+        if state.frame % COUNT_INTERVAL == 0:
+            within = inside(posed.vertices, posed.faces, after)
+            within[pinched] = False
+            count = int(within.sum())
+        return CleanCloth(np.where(moved[:, None], after, positions), pinched, count, report.deepest_mm, state)
 
     @staticmethod
-    def _caught(posed: "PosedBody", before: np.ndarray, after: np.ndarray) -> Int[np.ndarray, " caught"]:
-        """Vertices between two parts of the body that are in each other, far from any way out: led out one by one, in
-        a fold, neighbours would come out at different sides of a limb.
+    def _stuck_between_parts(posed: "PosedBody", before: np.ndarray, after: np.ndarray) -> Int[np.ndarray, " stuck"]:
+        """Returns vertices between two intersecting parts of the body, far from any way out.
+
+        Pushed out one by one, neighbouring vertices in a fold would come out at different sides of a limb.
         """
         far = np.flatnonzero(np.linalg.norm(after - before, axis=1) > MAX_PINCHED_MOVE)
         if not len(far):
@@ -105,7 +107,16 @@ class FrameEnd:
         return far[np.abs(turns) > 1.5]
 
 
-def remembered(memory: Mapping[str, np.ndarray]) -> ProjectorState:
-    """The projection's state from what `FrameEnd.memory` returned."""
-    values: dict[str, Any] = {field.name: memory[_PREFIX + field.name] for field in fields(ProjectorState)}
+def projector_arrays(state: ProjectorState) -> dict[str, np.ndarray]:
+    """Returns the state of the projection as arrays, by the names that an end state saves them under."""
+    values = {_PREFIX + field.name: getattr(state, field.name) for field in fields(state)}
+    return {
+        name: value.astype(np.uint8) if value.dtype == bool else value
+        for name, value in ((name, np.atleast_1d(np.asarray(value))) for name, value in values.items())
+    }
+
+
+def read_projector(arrays: Mapping[str, np.ndarray]) -> ProjectorState:
+    """Returns the state of the projection from the arrays of an end state, see `projector_arrays`."""
+    values: dict[str, Any] = {field.name: arrays[_PREFIX + field.name] for field in fields(ProjectorState)}
     return ProjectorState(**values | {"frame": int(values["frame"][0]), "lively": values["lively"].astype(bool)})

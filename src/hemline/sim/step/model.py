@@ -1,4 +1,4 @@
-"""What never moves while a sheet is stepped: the sheet itself, its pins, the body's topology, the settings."""
+"""The constants of a sheet while it is stepped: the sheet itself, pins, topology of the body, settings."""
 
 from dataclasses import dataclass
 
@@ -10,41 +10,41 @@ from hemline.sim.cloth.elastic_kernels import BendingMatrix
 from hemline.sim.cloth.membrane_kernels import Fabric
 from hemline.sim.cloth.rows import Rows, incidence
 from hemline.sim.cloth.sheet import Sheet
-from hemline.sim.cloth.wind import Wind, with_checks, wind_of
+from hemline.sim.cloth.wind import Wind, wind_of, with_checks
 from hemline.sim.contact.body.surface import BodySurface
 from hemline.sim.contact.pairs.capsules import Capsules
 from hemline.sim.settings import SimSettings
 from hemline.sim.solver.layout import Layout, make_layout
 
 COMPRESSION_RATIO = 0.9
-"""Share of the compression that inertia makes harmless which stays in the Hessian."""
+"""Fraction of the compression made harmless by inertia that stays in the Hessian."""
 
 
 @dataclass(frozen=True, eq=False)
 class ClothModel:
-    """One sheet as it is stepped; made by `make_model`.
+    """The constants of one sheet; made by `make_model`.
 
     Attributes:
         sheet: The cloth.
         settings: Gravity, contact, tolerances.
         wind: Wind over time and place.
-        surface: The body's mesh, or None.
-        capsules: Around the bones of its limbs, or None.
-        home: The body's limb that each vertex lies on at rest.
-        limb_of_face: The limb that all corners of a triangle lie on; -1: they differ, or one is fixed.
-        hard: Which of the pins are hard.
-        pinned: Vertices of the hard pins: they are put where the scene wants them.
-        held: Vertices of the soft pins.
-        spring: Stiffness of the spring of each soft pin [N/m].
-        fixed: Which vertices have a hard pin.
-        contact_stiffness: Of each vertex against the body [N/m].
-        mean_weight: Of a vertex [N].
-        cap: Compression of each triangle that inertia makes harmless, times h^2 [N m s^2].
-        fabric: The sheet's triangles, as the membrane's kernels take them.
-        bending: Its bending matrix: of forces; 0 where hinges bring them.
+        surface: Topology of the body's mesh, or None.
+        capsules: Capsules around the bones of the body, or None.
+        rest_limb: Limb of the body that each vertex lies on at rest.
+        limb_of_face: Limb that all corners of a triangle lie on; -1 if they differ or one of them is fixed.
+        hard: Mask of the hard pins among all pins.
+        pinned: Vertices of the hard pins, which are moved to their targets.
+        soft_pins: Vertices of the soft pins.
+        spring: Spring stiffness of each soft pin [N/m].
+        fixed: Mask of the vertices with a hard pin.
+        contact_stiffness: Stiffness of each vertex against the body [N/m].
+        mean_weight: Mean weight of a vertex [N].
+        cap: Compression of each triangle made harmless by inertia, times h^2 [N m s^2].
+        fabric: Triangles of the sheet, as the membrane's kernels take them.
+        bending: Bending matrix for forces; 0 where hinges replace it.
         hinge_rest: 2 sin(angle / 2) of each hinge at rest.
-        hinge_corners: Hinges of each vertex, 4 hinge + corner.
-        layout: The solver's order.
+        hinge_corners: Hinges of each vertex, encoded as 4 hinge + corner.
+        layout: The solver's order of vertices.
     """
 
     sheet: Sheet
@@ -52,11 +52,11 @@ class ClothModel:
     wind: Wind
     surface: BodySurface | None
     capsules: Capsules | None
-    home: Int[np.ndarray, " verts"]
+    rest_limb: Int[np.ndarray, " verts"]
     limb_of_face: Int[np.ndarray, " faces"]
     hard: Bool[np.ndarray, " pins"]
     pinned: Int[np.ndarray, " hard_pins"]
-    held: Int[np.ndarray, " soft_pins"]
+    soft_pins: Int[np.ndarray, " soft_pins"]
     spring: Float[np.ndarray, " soft_pins"]
     fixed: Bool[np.ndarray, " verts"]
     contact_stiffness: Float[np.ndarray, " verts"]
@@ -76,11 +76,11 @@ def make_model(
     pin_stiffness: Float[np.ndarray, " pins"] | None = None,
     surface: BodySurface | None = None,
     capsules: Capsules | None = None,
-    home: Int[np.ndarray, " verts"] | None = None,
+    rest_limb: Int[np.ndarray, " verts"] | None = None,
     settings: SimSettings | None = None,
     wind: Wind | None = None,
 ) -> ClothModel:
-    """The model of a sheet; arguments as of `Stepper`.
+    """Makes the model of a sheet; see `Stepper` for the arguments.
 
     Raises:
         BadInput: A pin is not a vertex of the sheet, or its stiffness is not positive.
@@ -90,8 +90,8 @@ def make_model(
     hard = np.isinf(stiffness)
     fixed = np.zeros(count, bool)
     fixed[pins[hard]] = True
-    home = np.zeros(count, np.int64) if home is None else home
-    limb = home[sheet.faces]
+    rest_limb = np.zeros(count, np.int64) if rest_limb is None else rest_limb
+    limb = rest_limb[sheet.faces]
     one_limb = (limb == limb[:, :1]).all(axis=1) & ~fixed[sheet.faces].any(axis=1)
     gram = np.einsum("fac,fad->fcd", sheet.shape, sheet.shape)
     bending = BendingMatrix(*sheet.ring, sheet.ring_bending, *sheet.far, sheet.far_bending)
@@ -105,11 +105,11 @@ def make_model(
         wind=wind_of(settings) if wind is None else with_checks(wind),
         surface=surface,
         capsules=capsules,
-        home=home,
+        rest_limb=rest_limb,
         limb_of_face=np.where(one_limb, limb[:, 0], -1),
         hard=hard,
         pinned=pins[hard],
-        held=pins[~hard],
+        soft_pins=pins[~hard],
         spring=stiffness[~hard],
         fixed=fixed,
         contact_stiffness=settings.contact_stiffness * sheet.vertex_area,
@@ -124,7 +124,11 @@ def make_model(
 
 
 def _check_pins(pinned: np.ndarray, pin_stiffness: np.ndarray | None, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pins and their stiffnesses, or what is wrong with them."""
+    """Returns pins and stiffnesses as arrays.
+
+    Raises:
+        BadInput: A pin is not a vertex of the sheet, or its stiffness is not positive.
+    """
     pins = np.asarray(pinned, np.int32)
     if pins.size and not (pins.min() >= 0 and pins.max() < count):
         got = f"{pins.min()} to {pins.max()} for {count} vertices"

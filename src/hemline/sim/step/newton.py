@@ -1,4 +1,4 @@
-"""One Newton step: the Hessian, conjugate gradients, a line search; of steps in time and of the static solve."""
+"""One Newton step for steps in time and for the static solve: Hessian, conjugate gradients, line search."""
 
 from typing import NamedTuple
 
@@ -9,31 +9,31 @@ from .state import StepRejected
 from .vertex_kernels import step_along, write_right_side
 
 MAX_LINE_HALVINGS = 8
-"""How often a Newton step is halved, at most."""
+"""Maximum number of halvings of a Newton step."""
 
 
 class NewtonStep(NamedTuple):
-    """A Newton step.
+    """The result of a Newton step.
 
     Attributes:
-        share: How much of it the line search took; 0: none.
-        solver_steps: Steps of conjugate gradients.
+        fraction: Fraction of the step that the line search took; 0 for none.
+        solver_steps: Number of steps of conjugate gradients.
     """
 
-    share: float
+    fraction: float
     solver_steps: int
 
 
 def newton_step(potential: Potential, *, fresh: bool, solver_share: float, solver_steps: int) -> NewtonStep:
-    r"""Move a potential towards its minimum: $x \leftarrow x - s H^{-1} \nabla E$, $s$ the largest of 1, 1/2, 1/4, ...
-    with which the energy does not grow.
+    r"""Moves a potential towards its minimum: $x \leftarrow x - s H^{-1} \nabla E$, $s$ the largest of 1, 1/2, 1/4, ...
+    for which the energy does not grow.
 
     Args:
-        potential: Evaluated; afterwards it is where the line search ended.
-        fresh: Build the coarse level of the preconditioner; otherwise the last one serves: that of a step's first
-            Hessian is good enough for the whole step.
-        solver_share: Conjugate gradients stop when the preconditioned residual has fallen to this share.
-        solver_steps: How many of their steps are taken at most.
+        potential: The potential, evaluated; afterwards it is evaluated at the end of the line search.
+        fresh: Whether to build the coarse level of the preconditioner. Otherwise the last one is used: that of the
+            first Hessian of a step is good enough for the whole step.
+        solver_share: Conjugate gradients stop when the preconditioned residual has fallen to this fraction.
+        solver_steps: Maximum number of steps of conjugate gradients.
 
     Raises:
         StepRejected: The Hessian is not positive.
@@ -43,19 +43,19 @@ def newton_step(potential: Potential, *, fresh: bool, solver_share: float, solve
     if fresh and not system.coarsen():
         raise StepRejected("the Hessian is not positive")
     write_right_side(potential.workspace.gradient, slot, system.right)
-    spent = system.solve(pairs, share=solver_share, steps=solver_steps)
+    spent = system.solve(pairs, tolerance=solver_share, steps=solver_steps)
     return NewtonStep(_line_search(potential), spent)
 
 
 def _line_search(potential: Potential) -> float:
-    """Go along the solution as far as the energy falls; the share that was taken."""
+    """Moves along the solution as long as the energy falls; returns the fraction taken."""
     solution, slot = potential.workspace.system.vectors.solution, potential.model.layout.slot
     before, energy, x = potential.x, potential.energy, np.empty_like(potential.x)
     for halving in range(MAX_LINE_HALVINGS):
-        share = 0.5**halving
-        step_along(before, share, solution, slot, x)
+        fraction = 0.5**halving
+        step_along(before, fraction, solution, slot, x)
         potential.evaluate(x)
         if potential.energy <= energy + 1e-10 * abs(energy):
-            return share
+            return fraction
     potential.evaluate(before)
     return 0.0

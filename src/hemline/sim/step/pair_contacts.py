@@ -1,8 +1,7 @@
-"""Everything that meets in pairs during one step."""
+"""All contact in pairs during one step: self-contact, vertices of the body, second places and capsules."""
 
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.body.body_contact import Contact
-from hemline.sim.contact.history.contact_with_history import ContactWithHistory
 from hemline.sim.contact.pairs.pair_kernels import PairRows
 from hemline.sim.contact.pairs.pairs import Pairs
 
@@ -11,15 +10,19 @@ from .workspace import Workspace
 
 
 class PairContacts:
-    """The pairs of one step: the cloth with itself, the body's vertices, second places and capsules.
+    """Finds the pairs of one step and updates them as the cloth moves.
 
     Args:
         model: The sheet.
-        workspace: Its searches are used.
-        contact: Of the vertices with the body, or None.
-        start: The cloth at the step's start [m].
-        guess: Where it is taken to go [m].
-        off_bones: Pairs of capsules and cloth; None: none are near.
+        workspace: Provides the searches.
+        contact: Contact of the vertices with the body, or None.
+        start: The cloth at the start of the step [m].
+        guess: Predicted cloth at the end of the step [m].
+        capsule_pairs: Pairs of capsules and cloth; None if none are near.
+
+    Attributes:
+        self_contact: Pairs of the cloth with itself, or None.
+        points: Points of the cloth above vertices of the body, or None.
     """
 
     def __init__(
@@ -29,19 +32,19 @@ class PairContacts:
         contact: Contact | None,
         start: Positions,
         guess: Positions,
-        off_bones: PairRows | None = None,
+        capsule_pairs: PairRows | None = None,
     ):
-        self.model, self.contact, self._off_bones = model, contact, off_bones
-        self.itself = None if workspace.self_search is None else workspace.self_search.find(start, guess)
+        self.model, self.contact, self._capsule_pairs = model, contact, capsule_pairs
+        self.self_contact = None if workspace.self_search is None else workspace.self_search.find(start, guess)
         self.points = None if contact is None else workspace.point_search.find(contact, guess)
 
-    def lay(self, positions: Positions) -> Pairs | None:
-        """The pairs where the cloth is now; None: nothing of the kind is near."""
-        parts = [] if self.itself is None else self.itself.lay(positions)
+    def at(self, positions: Positions) -> Pairs | None:
+        """Returns the pairs where the cloth is now, or None if nothing is near."""
+        parts = [] if self.self_contact is None else self.self_contact.pair_rows(positions)
         if self.points is not None:
-            parts.append(self.points.lay())
-        if isinstance(self.contact, ContactWithHistory):
-            parts += self.contact.second(self.model.settings.thickness, self.model.sheet.friction)
-        if self._off_bones is not None:
-            parts.append(self._off_bones)
+            parts.append(self.points.pair_rows())
+        if self.contact is not None:
+            parts += self.contact.second_places(self.model.settings.thickness, self.model.sheet.friction)
+        if self._capsule_pairs is not None:
+            parts.append(self._capsule_pairs)
         return Pairs.of(parts, self.model.sheet.vertex_count) if parts else None

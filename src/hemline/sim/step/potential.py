@@ -1,4 +1,6 @@
-"""The potential of one step: the sum of its terms, evaluated and differentiated at one place."""
+"""The potential of one step: the sum of its terms, with gradient and Hessian."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from hemline.sim.step.terms.contact_pairs import NO_PAIR_BLOCKS, ContactPairs
 from hemline.sim.step.terms.inertia import no_inertia
 from hemline.sim.step.terms.membrane import Membrane
 from hemline.sim.step.terms.skin_contact import no_contact
+from hemline.sim.step.terms.term import Term
 
 from .model import ClothModel
 from .vertex_kernels import diagonal_blocks, gradient
@@ -22,27 +25,29 @@ from .workspace import Workspace
 
 
 class Potential:
-    r"""What a step minimises: inertia, membrane, bending, air, contact with the body, contact in pairs.
+    r"""The energy that a step minimises.
 
-    $$E(x) = E_{inertia} + E_{membrane} + E_{bending} + E_{air} + E_{contact} + E_{pairs}$$
+    $$E(x) = E_{inertia} + E_{membrane} + E_{bending} + E_{air} + E_{contact} + E_{pairs} + \sum_t E_t$$
 
-    Each term is a file of `terms`; none knows another. Those that act on each vertex alone are arrays, and meet in the
-    kernels of `vertex_kernels`; the others evaluate themselves. Kernels that are called in each evaluation get plain
-    tuples: a named one costs half a microsecond more.
+    Each term is a file of `terms`; no term depends on another. Inertia, air and contact with the body act on each
+    vertex alone. They are arrays, and the kernels of `vertex_kernels` evaluate them together in one pass. The other
+    terms evaluate themselves; the additional ones, $E_t$, implement `Term`. Kernels that are called in each evaluation
+    get plain tuples: a named one costs half a microsecond more.
 
     Args:
         model: The sheet.
-        workspace: Arrays to work with; `evaluate` leaves the gradient there.
-        start: The cloth at the step's start, where strain rates count from [m].
+        workspace: Arrays that every evaluation overwrites; `evaluate` leaves the gradient there.
+        start: The cloth at the start of the step, the reference of strain rates [m].
         over_h: 1 / h [1/s].
         cap: Compression that stays in the Hessian [N m].
-        inertia, air, contact: Terms of the vertices.
+        inertia, air, contact: Terms of the fused kernel.
+        terms: Additional terms.
 
     Attributes:
-        x: Where it was evaluated last [m].
-        energy: There [J].
+        x: Positions of the last evaluation [m].
+        energy: Energy at these positions [J].
         residual_share: Mean size of the gradient of free vertices there, over the mean weight of a vertex.
-        pairs: Contact in pairs; None: there is none.
+        pairs: Contact in pairs, or None.
     """
 
     def __init__(
@@ -56,29 +61,31 @@ class Potential:
         inertia: Inertia,
         air: Air,
         contact: SkinContact,
+        terms: Sequence[Term] = (),
     ):
         self.model, self.workspace = model, workspace
         self.membrane, self.bending = Membrane(model, workspace, over_h, cap), Bending(model, workspace)
-        self.inertia, self.air, self.contact = inertia, air, contact
+        self.inertia, self.air, self.contact, self.terms = inertia, air, contact, terms
         self.pairs: ContactPairs | None = None
         green_strain(start, model.sheet.faces, model.sheet.shape, workspace.strain_start)
 
     def replace_pairs(self, pairs: Pairs | None) -> None:
-        """Take other pairs from the next evaluation on; None: keep those that there are."""
+        """Uses other pairs from the next evaluation on; None keeps the current ones."""
         if pairs is not None:
             self.pairs = ContactPairs(pairs, self.contact.creep)
 
     def evaluate(self, x: Positions) -> None:
-        """Energy, gradient and residual at a place."""
+        """Computes energy, gradient and residual at some positions."""
         self.x = x
         self._elastic_energy = float(sum((self.membrane.evaluate(x), *self.bending.evaluate(x))))
         self.evaluate_contact()
 
     def evaluate_contact(self) -> None:
-        """The same where the cloth has not moved but contact has."""
+        """Computes energy, gradient and residual again after contact has changed and the cloth has not moved."""
         model, work = self.model, self.workspace
         np.copyto(work.pressed, work.elastic)
         pair_energy = 0.0 if self.pairs is None else self.pairs.evaluate(self.x, work.pressed)
+        term_energy = sum(term.evaluate(self.x, work.pressed) for term in self.terms)
         gradient(
             self.x,
             work.pressed,
@@ -90,15 +97,21 @@ class Potential:
             work.energy,
             work.residual,
         )
-        self.energy = self._elastic_energy + float(work.energy.sum()) + pair_energy
+        self.energy = self._elastic_energy + float(work.energy.sum()) + pair_energy + term_energy
         free = max(1, model.sheet.vertex_count - len(model.pinned))
         self.residual_share = float(work.residual.sum()) / free / model.mean_weight
 
     def assemble(self) -> PairBlocks:
-        """The Hessian where it was evaluated last: into the workspace's system; the pairs' share is returned."""
+        """Writes the Hessian at the last positions into the workspace's system; returns the blocks of the pairs."""
         model, work = self.model, self.workspace
         system, layout = work.system, model.layout
-        terms = tuple(self.inertia), tuple(self.air), tuple(self.contact)
+        air = self.air
+        if self.terms:
+            # the kernel adds the air's matrix to the diagonal as it is: the other terms' blocks ride along
+            air = air._replace(matrix=air.matrix.copy())
+            for term in self.terms:
+                term.add_blocks(self.x, air.matrix)
+        vertex_terms = tuple(self.inertia), tuple(air), tuple(self.contact)
         if self.pairs is None:
             work.pair_diagonal[:] = 0
             pairs = NO_PAIR_BLOCKS
@@ -106,12 +119,12 @@ class Potential:
             pairs = self.pairs.blocks(self.x, layout, work.pair_diagonal)
         self.membrane.blocks(layout.ring_bending, system.matrix.blocks)
         where = tuple(system.pattern), tuple(system.matrix)
-        diagonal_blocks(self.x, *terms, model.fixed, work.pair_diagonal, *where)
+        diagonal_blocks(self.x, *vertex_terms, model.fixed, work.pair_diagonal, *where)
         return pairs
 
 
 def elastic_potential(model: ClothModel, workspace: Workspace, positions: Positions) -> Potential:
-    """Membrane and bending alone, evaluated at positions."""
+    """Returns the potential of membrane and bending alone, evaluated at some positions."""
     count = len(positions)
     potential = Potential(
         model,

@@ -1,4 +1,4 @@
-"""What a step starts from, what drives it, and how it went."""
+"""State of the cloth, scene that drives it, and report of a step."""
 
 from dataclasses import dataclass
 
@@ -12,17 +12,17 @@ from hemline.sim.contact.history.contact_history import HistoryFaces
 
 @dataclass(frozen=True)
 class ClothState:
-    """All that the next step depends on.
+    """The state of the cloth: all that the next step depends on.
 
     Attributes:
-        positions: [m]
-        velocities: [m/s]
-        change: Of the velocities in the last step [m/s]; where the next step starts to look.
+        positions: Positions of the vertices [m].
+        velocities: Velocities of the vertices [m/s].
+        change: Change of the velocities in the last step [m/s], which the next step uses for its prediction.
         load: Force with which the body pressed on each vertex in the last step [N].
-        pinched: Vertices that have no free place, as the body cuts through itself there.
-        contact_history: Where the body held each vertex off. None: the cloth has no past, as where it is dressed or no
-            time passes, and the body holds it off from where it is closest.
-        time: Since the start [s].
+        pinched: Vertices without a free place, because the body intersects itself there.
+        contact_history: Faces of the body that hold each vertex off. None for cloth without history, for example while
+            it is dressed or no time passes; the closest skin then holds it off.
+        time: Time since the start [s].
     """
 
     positions: Positions
@@ -35,13 +35,13 @@ class ClothState:
 
 
 @dataclass(frozen=True)
-class Scene:
-    """What drives the cloth, at one moment.
+class StepScene:
+    """What drives the cloth at one moment: pins and body.
 
     Attributes:
         pinned: Positions of the pinned vertices [m].
-        skin: The body's surface, or None.
-        joints: Its joints, or None [m].
+        skin: The skin of the body, or None.
+        joints: Joints of the body [m], or None.
     """
 
     pinned: Float[np.ndarray, "pins 3"]
@@ -51,12 +51,12 @@ class Scene:
 
 @dataclass(frozen=True)
 class StepReport:
-    """How a step went.
+    """Residual and cost of a step.
 
     Attributes:
         residual_share: Mean residual force over the mean weight of a vertex.
-        newton_steps: Newton steps taken.
-        solver_steps: Steps of conjugate gradients in all of them.
+        newton_steps: Number of Newton steps.
+        solver_steps: Number of steps of conjugate gradients in all Newton steps.
     """
 
     residual_share: float
@@ -65,4 +65,4 @@ class StepReport:
 
 
 class StepRejected(Exception):
-    """A step whose result cannot be used; it is tried again in halves."""
+    """A step has an unusable result; it is repeated in halves."""

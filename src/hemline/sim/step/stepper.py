@@ -16,29 +16,29 @@ from hemline.sim.settings import SimSettings
 
 from .model import make_model
 from .potential import elastic_potential
-from .state import ClothState, Scene, StepRejected, StepReport
+from .state import ClothState, StepRejected, StepReport, StepScene
 from .step import Step
 from .workspace import Workspace
 
 
 class Stepper:
-    """Steps one sheet of cloth; usable without a body. A thin front: model, workspace, and where the body was last.
+    """Steps one sheet of cloth, with or without a body.
 
     Attributes:
-        model: What never moves.
+        model: Constants of the sheet.
         workspace: Arrays that each step overwrites.
-        known: Where the body was closest to each vertex in the last step; only `step` writes it.
+        known: Closest skin of each vertex in the last step, which speeds the next search; only `step` writes it.
 
     Args:
         sheet: The cloth.
-        pinned: Vertices whose positions are given.
-        pin_stiffness: For each of them the stiffness of the spring that holds it there [N/m], infinite for a vertex
-            that is put there; None: all are.
-        surface: The body's mesh, or None.
-        capsules: Around the bones of its limbs, or None.
-        home: The body's limb that each vertex lies on at rest; None: the body has but one.
+        pinned: Vertices with a given position.
+        pin_stiffness: Stiffness of the spring that pulls each pinned vertex to its position [N/m], infinite for a hard
+            pin, which is moved there; None if all pins are hard.
+        surface: Topology of the body's mesh, or None.
+        capsules: Capsules around the bones of the body, or None.
+        rest_limb: Limb of the body that each vertex lies on at rest; None for a body with a single limb.
         settings: Gravity, contact, tolerances; `fps` and `substeps` are not used here.
-        wind: Wind over time and place; None: that of the settings.
+        wind: Wind over time and place; None for that of the settings.
 
     Raises:
         BadInput: A pin is not a vertex of the sheet, or its stiffness is not positive.
@@ -60,7 +60,7 @@ class Stepper:
         pin_stiffness: Float[np.ndarray, " pins"] | None = None,
         surface: BodySurface | None = None,
         capsules: Capsules | None = None,
-        home: Int[np.ndarray, " verts"] | None = None,
+        rest_limb: Int[np.ndarray, " verts"] | None = None,
         settings: SimSettings | None = None,
         wind: Wind | None = None,
     ):
@@ -70,7 +70,7 @@ class Stepper:
             pin_stiffness=pin_stiffness,
             surface=surface,
             capsules=capsules,
-            home=home,
+            rest_limb=rest_limb,
             settings=settings,
             wind=wind,
         )
@@ -78,33 +78,40 @@ class Stepper:
         self.known: SkinPoints | None = None
 
     def start(self, positions: Positions) -> ClothState:
-        """At rest at the given positions.
+        """Returns the state of cloth at rest at the given positions.
 
         Raises:
-            BadInput: Another number of positions, or one that is not finite.
+            BadInput: The number of positions is wrong, or one is not finite.
         """
         count = self.model.sheet.vertex_count
         x = np.array(positions, np.float64, order="C")
         if x.shape != (count, 3) or not np.isfinite(x).all():
             raise BadInput(f"positions must be {count} finite points", x.shape, "give one a vertex of the sheet")
-        still, nowhere = np.zeros((count, 3)), np.full((count, 2), -1, np.int32)
-        return ClothState(x, still, still.copy(), np.zeros(count), np.zeros(count, bool), nowhere)
+        still, no_faces = np.zeros((count, 3)), np.full((count, 2), -1, np.int32)
+        return ClothState(x, still, still.copy(), np.zeros(count), np.zeros(count, bool), no_faces)
 
-    def advance(self, state: ClothState, h: float, scene_at: Callable[[float], Scene]) -> tuple[ClothState, StepReport]:
-        """One step of length h; a step that fails is halved and tried again.
+    def advance(
+        self, state: ClothState, h: float, scene_at: Callable[[float], StepScene]
+    ) -> tuple[ClothState, StepReport]:
+        """Takes one step of length h; a step that fails is repeated in halves.
 
         Args:
-            state: Where the cloth is.
+            state: State of the cloth.
             h: Length of the step [s].
-            scene_at: The scene at a share of the step from 0 to 1.
+            scene_at: Returns the scene at a fraction of the step from 0 to 1.
 
         Raises:
-            SimulationFailed: The shortest step failed too.
+            SimulationFailed: The shortest step failed, too.
         """
         return self._advance(state, h, scene_at, (0.0, 1.0), self.model.settings.halvings)
 
     def _advance(
-        self, state: ClothState, h: float, scene_at: Callable[[float], Scene], span: tuple[float, float], halvings: int
+        self,
+        state: ClothState,
+        h: float,
+        scene_at: Callable[[float], StepScene],
+        span: tuple[float, float],
+        halvings: int,
     ) -> tuple[ClothState, StepReport]:
         begin, end = span
         try:
@@ -113,13 +120,13 @@ class Stepper:
             if not halvings:
                 raise SimulationFailed(f"{reason} in a step of {1000 * h * (end - begin):.3g} ms") from reason
         middle = 0.5 * (begin + end)
-        # the last acceleration is no guide any more
+        # the last acceleration is no longer a good prediction
         state = replace(state, change=np.zeros_like(state.change))
         state, _ = self._advance(state, h, scene_at, (begin, middle), halvings - 1)
         return self._advance(state, h, scene_at, (middle, end), halvings - 1)
 
-    def step(self, state: ClothState, h: float, then: Scene, now: Scene) -> tuple[ClothState, StepReport]:
-        """One step of backward Euler, without another try.
+    def step(self, state: ClothState, h: float, then: StepScene, now: StepScene) -> tuple[ClothState, StepReport]:
+        """Takes one step of backward Euler; a step that fails is not repeated.
 
         Raises:
             StepRejected: The result is not finite, too fast, or too far from equilibrium.
@@ -128,14 +135,14 @@ class Stepper:
         report = step.solve()
         result = step.result()
         if step.contact is not None:
-            # the one thing that steps hand on beside the state: it speeds the next search
+            # the only thing passed from step to step beside the state: it speeds the next search
             self.known = step.contact.ahead
         return result, report
 
     def gradient(self, positions: Positions) -> Positions:
-        """Gradient of the elastic energy, membrane and bending: minus the elastic force [N]."""
+        """Returns the gradient of the elastic energy of membrane and bending: minus the elastic force [N]."""
         return elastic_potential(self.model, self.workspace, self.start(positions).positions).workspace.gradient.copy()
 
     def energy(self, positions: Positions) -> float:
-        """Elastic energy, membrane and bending [J]."""
+        """Returns the elastic energy of membrane and bending [J]."""
         return elastic_potential(self.model, self.workspace, self.start(positions).positions).energy

@@ -1,12 +1,13 @@
-"""Terms that act on each vertex alone, in one pass: inertia, air, contact with the body; the Hessian's diagonal.
+"""The fused kernel of inertia, air and contact with the body, which act on each vertex alone; the Hessian's diagonal.
 
-Each term's energy is in a file of its own (`inertia_kernels`, `air_kernels`, `load_kernels`) and named here. They stay
-in one pass over the vertices, because their energies are summed vertex by vertex: any other order has other bits.
+The energy of each term is in a file of its own (`inertia_kernels`, `air_kernels`, `load_kernels`) and called here. The
+terms share one pass over the vertices for speed, and because their energies are summed vertex by vertex: any other
+order gives other bits.
 """
 
 from hemline.compiled import kernel, prange
 from hemline.sim.cloth.air_kernels import Air, air_terms
-from hemline.sim.cloth.elastic_kernels import VERTEX_CHUNK, FAST
+from hemline.sim.cloth.elastic_kernels import FAST, VERTEX_CHUNK
 from hemline.sim.cloth.inertia_kernels import Inertia, inertia_terms
 from hemline.sim.contact.body.load_kernels import SkinContact, contact_terms, slip_terms
 from hemline.sim.solver.conjugate_kernels import Matrix
@@ -17,9 +18,10 @@ from hemline.sim.solver.layout import Pattern
 def gradient(
     x, pressed, inertia: Inertia, air: Air, contact: SkinContact, fixed, gradient_out, energy_out, residual_out
 ):
-    """Gradient at each vertex, and by chunk: energy, and the sum of |gradient| over free vertices.
+    """Computes the gradient at each vertex and, by chunk, the energy and the sum of |gradient| over free vertices.
 
-    # in:  pressed (verts, 3): what membrane, bending and pairs bring; their energies are not in here
+    Reads: pressed (verts, 3): gradient of all other terms, whose energies are not included here [N].
+    Writes: gradient_out (verts, 3) [N]; energy_out (chunks,) [J]; residual_out (chunks,) [N].
     """
     goal, inertial_stiffness = inertia
     start, air_force, air_matrix = air
@@ -66,11 +68,12 @@ def gradient(
 def diagonal_blocks(
     x, inertia: Inertia, air: Air, contact: SkinContact, fixed, pair_diagonal, pattern: Pattern, matrix_out: Matrix
 ):
-    """Diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine a slot.
+    """Computes the diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine per
+    slot.
 
-    # in:  pair_diagonal (verts, 6): what pairs bring; the solver applies them apart from the blocks, so it is in the
-    #      inverse only; matrix_out.blocks: the entries of the ring
-    # out: matrix_out.diagonal, matrix_out.inverse
+    Reads: air: its matrix includes the blocks of additional terms; pair_diagonal (verts, 6): blocks of pairs, which are
+        only part of the inverse, since the solver applies pairs separately; matrix_out.blocks: the entries of the ring.
+    Writes: matrix_out.diagonal, matrix_out.inverse.
     """
     _, inertial_stiffness = inertia
     _, _, air_matrix = air
@@ -123,7 +126,7 @@ def diagonal_blocks(
 
 @kernel(parallel=True)
 def count_farther(x, y, distance):
-    """How many points of x are farther than a distance from those of y."""
+    """Counts the points of x that are farther than a distance from those of y."""
     count = 0
     for i in prange(x.shape[0]):
         d0, d1, d2 = x[i, 0] - y[i, 0], x[i, 1] - y[i, 1], x[i, 2] - y[i, 2]
@@ -133,23 +136,27 @@ def count_farther(x, y, distance):
 
 @kernel(parallel=True)
 def write_right_side(gradient, slot, right_out):
-    """Minus the gradient as a vector of the solver: four numbers a slot."""
+    """Writes minus the gradient as a vector of the solver: four numbers per slot."""
     for i in prange(gradient.shape[0]):
         for axis in range(3):
             right_out[4 * slot[i] + axis] = -gradient[i, axis]
 
 
 @kernel(parallel=True)
-def step_along(x, share, solution, slot, out):
-    """out = x + share solution, the solution being a vector of the solver."""
+def step_along(x, fraction, solution, slot, out):
+    """Moves along the solution of the solver: out = x + fraction solution.
+
+    Reads: solution: a vector of the solver, by slots.
+    Writes: out (verts, 3) [m].
+    """
     for i in prange(x.shape[0]):
         for axis in range(3):
-            out[i, axis] = x[i, axis] + share * solution[4 * slot[i] + axis]
+            out[i, axis] = x[i, axis] + fraction * solution[4 * slot[i] + axis]
 
 
 __all__ = [
-    "diagonal_blocks",
     "count_farther",
+    "diagonal_blocks",
     "gradient",
     "step_along",
     "write_right_side",

@@ -14,26 +14,26 @@ from .model import ClothModel
 class Workspace:
     """Arrays that every evaluation of a potential overwrites, and the searches for contact with their room.
 
-    One potential at a time may use it. Nothing in it carries over: a step has the same result whatever was in it.
+    One potential at a time may use it. Nothing carries over: the result of a step does not depend on its contents.
 
     Attributes:
-        strain_start: Green strain of each triangle at the step's start.
-        stretch: What the membrane does now.
-        hinge_gradient: Of each hinge, at its four vertices [N].
-        hinge_energy: Of each hinge [J].
+        strain_start: Green strain of each triangle at the start of the step.
+        stretch: Current state of the membrane.
+        hinge_gradient: Gradient of each hinge at its four vertices [N].
+        hinge_energy: Energy of each hinge [J].
         bent: Gradient of the hinges at each vertex [N].
         elastic: Gradient of membrane and bending [N].
-        bending_energy: Of the bending matrix, by chunk [J].
-        pressed: Gradient of membrane, bending and pairs [N].
-        gradient: Of everything [N].
-        energy: Of inertia, air and contact with the body, by chunk [J].
+        bending_energy: Energy of the bending matrix, by chunk [J].
+        pressed: Gradient of membrane, bending, pairs and additional terms [N].
+        gradient: Gradient of all terms [N].
+        energy: Energy of inertia, air and contact with the body, by chunk [J].
         residual: Sum of the size of the gradient over free vertices, by chunk [N].
-        pair_diagonal: What pairs bring to the diagonal blocks [N/m].
+        pair_diagonal: Diagonal blocks of pairs [N/m].
         air_by_triangle: Force and matrix of the air on each triangle.
-        air: Force and matrix at each vertex.
+        air: Force and matrix of the air at each vertex.
         system: The solver's matrix and vectors.
-        self_search: For contact of the cloth with itself; None: it does not meet itself.
-        point_search: For points above the body's vertices.
+        self_search: Search for self-contact; None if it is switched off.
+        point_search: Search for points above the body's vertices.
     """
 
     def __init__(self, model: ClothModel):

@@ -1,7 +1,7 @@
 """Anchors: one garment settled in given poses on given shapes, with its derivatives there, in a dataset.
 
-What an animator of settled states learns from (AgentDress, Wu et al. 2021, sections 3.2 to 3.4). An anchor's name is
-the hash of its inputs, so that a command that is run again makes only what is missing.
+Animators of settled states are fitted to them (AgentDress, Wu et al. 2021, sections 3.2 to 3.4). The name of an anchor
+is the hash of its inputs, so that a repeated command makes only what is missing.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,10 +22,10 @@ from hemline.sim.rest.settling import Method
 from hemline.sim.rest.walk import WALK
 from hemline.sim.settings import SIMULATOR, SimSettings
 
-from .start_dataset import start_dataset
-from .jobs import Call, Job, Report, Progress, run_jobs
 from .build_info import build_info
-from .setup import Setup, drape, shaped
+from .jobs import Call, Job, Progress, Report, run_jobs
+from .setup import Setup, drape, shaped_body
+from .start_dataset import start_dataset
 from .workers import workers
 
 if TYPE_CHECKING:
@@ -33,16 +33,16 @@ if TYPE_CHECKING:
 
 
 MAX_STAND_INS = 5
-"""Poses that are tried before an anchor is given up."""
+"""Number of poses that are tried before an anchor is abandoned."""
 
 
 @dataclass(frozen=True)
 class Anchor:
-    """Where a garment is to be settled."""
+    """A pose and a shape in which a garment is settled."""
 
     pose: Pose
     betas: tuple[float, ...] = ()
-    """Shape of the body; what is left out is 0."""
+    """Shape of the body; missing betas are 0."""
 
 
 def produce_anchors(
@@ -57,28 +57,28 @@ def produce_anchors(
     scheduler: str | None = None,
     report: Report | None = None,
 ) -> list[Row]:
-    """Settle a garment in many poses and shapes into a dataset; what is there already is kept.
+    """Settles a garment in many poses and shapes into a dataset; existing anchors are kept.
 
     Args:
-        folder: The dataset; made when missing.
+        folder: The dataset; created if missing.
         garment: The garment, made on the body of `garment.body_name`.
-        anchors: Where to settle it.
+        anchors: Poses and shapes to settle the garment in.
         turns: Joints whose derivatives are stored, three axes each.
         betas: Shape coefficients whose derivatives are stored.
         settings: Settings of the simulator.
-        jobs: Processes. What is made does not depend on it.
+        jobs: Number of processes. The results do not depend on it.
         scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
-        report: Called with an anchor's number, and 1 of 1, when it is done.
+        report: Called with the number of an anchor, and 1 of 1, when it is done.
 
     Returns:
-        The index row of each anchor; `failed` says why one could not be settled.
+        The index row of each anchor; `failed` gives the reason if one could not be settled.
 
     Raises:
-        BadBody: Betas that are too many or not finite.
+        BadBody: There are too many betas, or one is not finite.
         BadDataset: The folder holds another garment's takes, or one that cannot be read.
-        BadInput: No such joint, no such shape coefficient.
-        BadOutput: It cannot be written.
-        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
+        BadInput: There is no such joint or shape coefficient.
+        BadOutput: The folder cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot make the calls; finished takes are kept.
     """
     setup, tell = Setup.of(garment, settings), report or (lambda name, done, total: None)
     tasks = [_Task(each.pose, _shape_key(each.betas), tuple(turns), tuple(betas)) for each in anchors]
@@ -90,16 +90,16 @@ def produce_anchors(
         tell(str(number), 1, 1)
         return take.name
 
-    with workers(jobs, scheduler) as those:
+    with workers(jobs, scheduler) as makers:
         dataset = start_dataset(folder, garment)
-        names = run_jobs((anchor(dataset, number, task) for number, task in enumerate(tasks)), those)
+        names = run_jobs((anchor(dataset, number, task) for number, task in enumerate(tasks)), makers)
     rows = {row.name: row for row in dataset.rows()}
     return [rows[name] for name in names]
 
 
 @dataclass(frozen=True)
 class _Task:
-    """One anchor: where the garment is settled, how, and with which derivatives."""
+    """One anchor: pose, shape, method and derivatives."""
 
     pose: Pose
     shape: tuple[float, ...]
@@ -114,7 +114,7 @@ class PosedTakes:
 
     Attributes:
         pose: The pose.
-        names: Of the takes, one a shape.
+        names: Names of the takes, one per shape.
     """
 
     pose: Pose
@@ -133,41 +133,41 @@ def produce_posed(
     scheduler: str | None = None,
     report: Report | None = None,
 ) -> list[PosedTakes | None]:
-    """Walk a garment into poses on each of some shapes, into a dataset; what is there already is kept.
+    """Walks a garment into poses on each of some shapes, into a dataset; existing takes are kept.
 
-    A pose in which the garment does not come to rest on one of the shapes gives way to the next candidate. What failed
-    stays in the dataset, with the reason.
+    If the garment does not come to rest in a pose on one of the shapes, the next candidate replaces that pose. Failed
+    takes stay in the dataset, with the reason.
 
     Args:
-        folder: The dataset; made when missing.
+        folder: The dataset; created if missing.
         garment: The garment, made on the body of `garment.body_name`.
-        candidates: For each anchor its pose, then those that may stand in for it.
-        shapes: Betas of each body; what is left out is 0.
+        candidates: For each anchor its pose, then the poses that may replace it.
+        shapes: Betas of each body; missing ones are 0.
         turns: Joints whose derivatives are stored.
         settings: Settings of the simulator.
-        jobs: Processes. What is made does not depend on it.
+        jobs: Number of processes. The results do not depend on it.
         scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
-        report: Called with an anchor's number, the shapes done and the shapes in all.
+        report: Called with the number of an anchor, the shapes done and the total number of shapes.
 
     Returns:
-        What each anchor became; None where no candidate came to rest.
+        The takes of each anchor; None if the garment came to rest in no candidate.
 
     Raises:
-        BadBody: Betas that are too many or not finite.
+        BadBody: There are too many betas, or one is not finite.
         BadDataset: The folder holds another garment's takes, or one that cannot be read.
-        BadOutput: It cannot be written.
-        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
+        BadOutput: The folder cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot make the calls; finished takes are kept.
     """
-    setup, given = Setup.of(garment, settings), [_shape_key(each) for each in shapes]
-    for betas in given:
+    setup, all_betas = Setup.of(garment, settings), [_shape_key(each) for each in shapes]
+    for betas in all_betas:
         setup.body.shaped(betas)
-    with workers(jobs, scheduler) as those:
+    with workers(jobs, scheduler) as makers:
         dataset = start_dataset(folder, garment)
         work = (
-            _pose_job(dataset, setup, poses, given, tuple(turns), _numbered(report, number))
+            _pose_job(dataset, setup, poses, all_betas, tuple(turns), _progress_of(report, number))
             for number, poses in enumerate(candidates)
         )
-        return run_jobs(work, those)
+        return run_jobs(work, makers)
 
 
 def produce_scattered(
@@ -182,41 +182,51 @@ def produce_scattered(
     scheduler: str | None = None,
     report: Report | None = None,
 ) -> list[PosedTakes | None]:
-    """Walk a garment into one pose on each of many shapes, the poses in turn; see `produce_posed`.
+    """Walks a garment into one pose on each of many shapes, with the poses in turn; see `produce_posed`.
 
     Args:
-        folder: The dataset; made when missing.
+        folder: The dataset; created if missing.
         garment: The garment, made on the body of `garment.body_name`.
-        poses: The first shape has the first pose, and so on; where it comes not to rest, the next ones stand in.
-        shapes: Betas of each body; what is left out is 0.
+        poses: The first shape gets the first pose, and so on; if the garment does not come to rest, the next poses
+            replace it.
+        shapes: Betas of each body; missing ones are 0.
         turns: Joints whose derivatives are stored.
         settings: Settings of the simulator.
-        jobs: Processes. What is made does not depend on it.
+        jobs: Number of processes. The results do not depend on it.
         scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
-        report: Called with a shape's number, and 1 of 1, when it is done.
+        report: Called with the number of a shape, and 1 of 1, when it is done.
 
     Returns:
-        What each shape became; None where no pose came to rest.
+        The takes of each shape; None if the garment came to rest in no pose.
     """
-    setup, tried = Setup.of(garment, settings), min(MAX_STAND_INS, len(poses))
+    setup, attempts = Setup.of(garment, settings), min(MAX_STAND_INS, len(poses))
 
-    def turned(number: int) -> Iterator[Pose]:
-        return (poses[(number + later) % len(poses)] for later in range(tried))
+    def candidates(number: int) -> Iterator[Pose]:
+        return (poses[(number + later) % len(poses)] for later in range(attempts))
 
-    with workers(jobs, scheduler) as those:
+    with workers(jobs, scheduler) as makers:
         dataset = start_dataset(folder, garment)
         work = (
-            _pose_job(dataset, setup, tuple(turned(number)), [_shape_key(betas)], tuple(turns), _numbered(report, number))
+            _pose_job(
+                dataset,
+                setup,
+                tuple(candidates(number)),
+                [_shape_key(betas)],
+                tuple(turns),
+                _progress_of(report, number),
+            )
             for number, betas in enumerate(shapes)
         )
-        return run_jobs(work, those)
+        return run_jobs(work, makers)
 
 
 def _shape_key(betas: Sequence[float]) -> tuple[float, ...]:
+    """Returns betas as the floats that name a shape."""
     return tuple(float(beta) for beta in np.asarray(betas, np.float32))
 
 
-def _numbered(report: Report | None, number: int) -> Progress:
+def _progress_of(report: Report | None, number: int) -> Progress:
+    """Returns a progress callback that reports under a number."""
     return lambda done, total: report(str(number), done, total) if report else None
 
 
@@ -228,7 +238,7 @@ def _pose_job(
     turns: tuple[int, ...],
     tell: Progress,
 ) -> Job[PosedTakes | None]:
-    """One anchor on all shapes, by the first candidate that comes to rest on all of them."""
+    """Makes one anchor on all shapes, with the first candidate in which the garment comes to rest on all of them."""
     for pose in poses:
         names: list[str] = []
         for betas in shapes:
@@ -251,7 +261,7 @@ def anchor_inputs(
     betas: Sequence[int],
     method: Method = "newton",
 ) -> dict[str, Any]:
-    """What an anchor depends on; the hash of it is its name."""
+    """Returns the inputs of an anchor, whose hash is its name."""
     return {
         "kind": "anchor",
         "garment": garment.hash,
@@ -265,12 +275,12 @@ def anchor_inputs(
 
 
 def _anchor_job(dataset: Dataset, setup: Setup, task: _Task) -> Job[Take]:
-    """The anchor of a pose on a shape, made where the dataset has none."""
+    """Makes the anchor of a pose on a shape, unless the dataset holds it."""
     body = setup.body.shaped(task.shape)
     inputs = anchor_inputs(setup.garment, body, task.pose, setup.settings, task.turns, task.betas, task.method)
-    found = dataset.kept(inputs)
-    if found is not None:
-        return found
+    take = dataset.find_by_inputs(inputs)
+    if take is not None:
+        return take
     take = yield Call(_anchor, setup, task)
     take = replace(take, inputs=inputs)
     dataset.add(take)
@@ -278,22 +288,22 @@ def _anchor_job(dataset: Dataset, setup: Setup, task: _Task) -> Job[Take]:
 
 
 def _anchor(setup: Setup, task: _Task, tell: Progress) -> Take:
-    """An anchor, or why there is none, as a take."""
-    garment, body = setup.garment, shaped(setup, task.shape)
+    """Settles an anchor; returns it, or the reason of the failure, as a take."""
+    garment, body = setup.garment, shaped_body(setup, task.shape)
     try:
         start = None
         if task.method == "walked":
             start = drape(setup, task.shape)
             body = start.shaped
         rest = settle(garment, body, task.pose, setup.settings, start=start, method=task.method)
-        derivatives = derivatives_of(rest, task.turns, task.betas)
+        derivatives = compute_derivatives(rest, task.turns, task.betas)
         return replace(rest.take(), kind="anchor", derivatives=derivatives, made_with=build_info())
     except SimulationFailed as reason:
-        return _failed_take(garment, body, task.pose, setup.settings, str(reason))
+        return _make_failed_take(garment, body, task.pose, setup.settings, str(reason))
 
 
-def derivatives_of(rest: Rest, turns: Sequence[int], betas: Sequence[int]) -> dict[str, np.ndarray]:
-    """Derivatives of a settled garment by the name that a take keeps them under, float32 (verts, 3) each.
+def compute_derivatives(rest: Rest, turns: Sequence[int], betas: Sequence[int]) -> dict[str, np.ndarray]:
+    """Returns derivatives of a settled garment by the names that a take stores them under, float32 (verts, 3) each.
 
     Args:
         rest: The settled garment.
@@ -301,19 +311,22 @@ def derivatives_of(rest: Rest, turns: Sequence[int], betas: Sequence[int]) -> di
         betas: Shape coefficients [m].
 
     Raises:
-        BadInput: No such joint, no such coefficient.
+        BadInput: There is no such joint or coefficient.
         SimulationFailed: The equilibrium is not isolated.
     """
     if not (len(turns) or len(betas)):
         return {}
-    made = Sensitivities(rest)
-    found = {f"turn.{joint}.{axis}": made.turn(joint, np.eye(3)[axis]) for joint in turns for axis in range(3)}
-    found |= {f"beta.{index}": made.beta(index) for index in betas}
-    return {name: value.astype(np.float32) for name, value in found.items()}
+    sensitivities = Sensitivities(rest)
+    axes = np.eye(3)
+    derivatives = {
+        f"turn.{joint}.{axis}": sensitivities.turn(joint, axes[axis]) for joint in turns for axis in range(3)
+    }
+    derivatives |= {f"beta.{index}": sensitivities.beta(index) for index in betas}
+    return {name: value.astype(np.float32) for name, value in derivatives.items()}
 
 
-def _failed_take(garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSettings, reason: str) -> Take:
-    """An anchor that could not be settled: the garment as it was made, and why."""
+def _make_failed_take(garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSettings, reason: str) -> Take:
+    """Makes the take of an anchor that could not be settled: the garment as it was made, with the reason."""
     motion = Motion(
         pose.rotations[None],
         pose.translation[None],

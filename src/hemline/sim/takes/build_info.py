@@ -1,4 +1,4 @@
-"""What a take was made with, for the record: versions and processor, which its name does not depend on."""
+"""Versions and processor that a take was made with, for the record; its name does not depend on them."""
 
 import functools
 import platform
@@ -11,7 +11,7 @@ from hemline.version import VERSION
 
 @functools.cache
 def build_info() -> dict[str, str]:
-    """Versions of hemline, numba and NumPy, and the processor that kernels are compiled for, by name."""
+    """Returns the versions of hemline, numba and NumPy, and the processor that kernels are compiled for, by name."""
     from llvmlite import binding  # the compiler that numba calls
 
     processor = f"{binding.get_host_cpu_name()} ({platform.machine()})"

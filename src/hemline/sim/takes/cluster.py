@@ -1,7 +1,7 @@
-"""Calls made by the workers of a dask scheduler, on however many machines.
+"""Calls made by the workers of a dask scheduler, on any number of machines.
 
-Workers get a setup once and an argument with each call, and send back what came of it: they need no disk that this
-process sees. A call whose worker dies is made again by another one, by the scheduler itself.
+Workers receive a setup once and an argument with each call, and send back the result: they need no disk that this
+process sees. If a worker dies, the scheduler itself has its call made again by another one.
 """
 
 import functools
@@ -23,19 +23,19 @@ from hemline.errors import BadCluster, HemlineWarning, MissingExtra
 from .jobs import Call, Progress, cached_setup, ignore_progress
 
 CONNECT_TIMEOUT = 10.0
-"""How long a scheduler is waited for [s]."""
+"""Maximum time to wait for a scheduler [s]."""
 CALLS_PER_WORKER = 2
-"""Calls a worker: one that it makes, one that waits for it."""
+"""Calls per worker: one that it makes, one that waits for it."""
 MIN_CALLS = 16
-"""Calls that are sent however few workers there are, so that a cluster that grows with its work sees some."""
+"""Minimum number of calls that are sent, so that a cluster that grows with its work sees some."""
 PROGRESS_INTERVAL = 1.0
-"""A worker tells how far a call is no more often than this [s]."""
+"""Minimum time between two progress reports of a call [s]."""
 RETRY_CURE = "run the same command again: what is done is kept"
 
 
 @functools.cache
 def code() -> str:
-    """What must be the same on all machines for the same bytes: our version and source, NumPy, numba."""
+    """Returns what must be the same on all machines for the same bytes: version and source of hemline, NumPy, numba."""
     import numba
     import numpy as np
 
@@ -48,90 +48,91 @@ def code() -> str:
 
 
 class Cluster:
-    """Calls are made by the workers of a scheduler."""
+    """The workers of a scheduler."""
 
     def __init__(self, client: Any, address: str):
         self._client, self._address = client, address
         self._pool = client.get_executor(pure=False)
         self._topic = f"hemline-{uuid.uuid4().hex}"
-        self._told: deque[tuple[int, int, int]] = deque()
-        self._heard: dict[int, Progress] = {}
+        self._progress: deque[tuple[int, int, int]] = deque()
+        self._callbacks: dict[int, Progress] = {}
         self._setups: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()
-        self._sent, self._slots, self._counted = 0, MIN_CALLS, -float("inf")
-        client.subscribe_topic(self._topic, lambda event: self._told.append(tuple(event[1])))
+        self._sent, self._slots, self._counted_at = 0, MIN_CALLS, -float("inf")
+        client.subscribe_topic(self._topic, lambda event: self._progress.append(tuple(event[1])))
 
     @property
     def slots(self) -> int:
-        """Some more than there are workers, who may come and go."""
-        if time.monotonic() - self._counted > 2.0:
-            self._counted = time.monotonic()
-            with self._said():
+        """Somewhat more than the number of workers, which may come and go."""
+        if time.monotonic() - self._counted_at > 2.0:
+            self._counted_at = time.monotonic()
+            with self._own_errors():
                 self._slots = max(MIN_CALLS, CALLS_PER_WORKER * len(self._client.nthreads()))
         return self._slots
 
     def submit(self, call: Call) -> "Future[Any]":
-        """Send it to the scheduler."""
+        """Sends a call to the scheduler."""
         from distributed.protocol.pickle import dumps
 
-        def called(*given: Any) -> Any:  # sent as it is, so that a worker without hemline can say so
+        def call_worker(*inputs: Any) -> Any:  # sent by value, so that a worker without hemline can report that
             from .cluster import answer_call
 
-            return answer_call(*given)
+            return answer_call(*inputs)
 
         self._sent += 1
-        self._heard[number := self._sent] = call.heard
-        with self._said():
+        self._callbacks[number := self._sent] = call.on_progress
+        with self._own_errors():
             if call.setup not in self._setups:
-                # a task, which is done again where its worker dies, and not scattered data, which would be lost
+                # a task, which is repeated if its worker dies; scattered data would be lost
                 self._setups[call.setup] = self._client.submit(bytes, dumps(call.setup), pure=False)
             setup = self._setups[call.setup]
-            given = (code(), self._topic, number, setup.key, setup, dumps((call.work, call.argument)))
-            future = self._pool.submit(called, *given, key=f"{call.work.__name__}-{uuid.uuid4().hex}")
+            inputs = (code(), self._topic, number, setup.key, setup, dumps((call.work, call.argument)))
+            future = self._pool.submit(call_worker, *inputs, key=f"{call.work.__name__}-{uuid.uuid4().hex}")
         answer: Future[Any] = Future()
-        future.add_done_callback(lambda made: self._passed_on(made, number, answer))
+        future.add_done_callback(lambda made: self._forward(made, number, answer))
         return answer
 
-    def finished(self, under_way: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
-        """Those that are done; see `Workers`."""
+    def poll(self, under_way: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
+        """Returns the calls that are done, see `Workers.poll`."""
         done = wait(under_way, timeout=0.1, return_when=FIRST_COMPLETED).done
-        while self._told:
-            number, steps, total = self._told.popleft()
-            self._heard.get(number, ignore_progress)(steps, total)
+        while self._progress:
+            number, steps, total = self._progress.popleft()
+            self._callbacks.get(number, ignore_progress)(steps, total)
         return done
 
     def check(self) -> None:
-        """Refuse workers that would make other bytes, or none.
+        """Checks that all workers make the same bytes as this process.
 
         Raises:
             BadCluster: A worker has no hemline or another one, or more than one thread.
         """
 
-        def own(dask_worker: Any) -> tuple[str, int]:  # sent as it is, so that it runs where there is no hemline
+        def worker_code(dask_worker: Any) -> tuple[str, int]:  # sent by value, so that it runs without hemline
             try:
                 from .cluster import code
             except ImportError:
                 return "no hemline of this version", 1
             return code(), dask_worker.state.nthreads
 
-        with self._said():
-            answers = self._client.run(own, on_error="return")
+        with self._own_errors():
+            answers = self._client.run(worker_code, on_error="return")
         for worker, answer in sorted(answers.items()):
             if isinstance(answer, BaseException):
-                raise BadCluster(f"worker {worker} did not say which hemline it has", repr(answer), _same())
+                raise BadCluster(f"worker {worker} did not say which hemline it has", repr(answer), _install_cure())
             _check(worker, *answer)
         if not answers:
             what = f"the scheduler at {self._address} has no worker"
             warnings.warn(HemlineWarning(what, "none so far", "this goes on when one comes"), stacklevel=3)
 
-    def _passed_on(self, made: "Future[Any]", number: int, answer: "Future[Any]") -> None:
-        """What came of a call, with what went wrong on the way in our words."""
-        self._heard.pop(number, None)
+    def _forward(self, made: "Future[Any]", number: int, answer: "Future[Any]") -> None:
+        """Passes on the result of a call; errors on the way become errors of hemline."""
+        self._callbacks.pop(number, None)
         try:
             answer.set_result(made.result())
         except BaseException as error:
-            answer.set_exception(self._in_our_words(error))
+            answer.set_exception(self._own_error(error))
 
-    def _in_our_words(self, error: BaseException) -> BaseException:
+    def _own_error(self, error: BaseException) -> BaseException:
+        """Returns the error of hemline for an error of dask or of a worker."""
         from concurrent.futures import CancelledError
 
         from distributed import KilledWorker
@@ -141,37 +142,38 @@ class Cluster:
             what, cure = "a call was given up by the scheduler", "give workers more memory, or run the command again"
             return BadCluster(what, f"workers that died of it: {error.last_worker.address} the last", cure)
         if isinstance(error, ImportError | AttributeError):
-            return BadCluster("a worker has no hemline, or another one", error, _same())
+            return BadCluster("a worker has no hemline, or another one", error, _install_cure())
         if isinstance(error, CancelledError | CommClosedError | OSError) or self._client.status != "running":
             return BadCluster(f"the scheduler at {self._address} went away", type(error).__name__, RETRY_CURE)
         return error
 
     @contextmanager
-    def _said(self) -> Iterator[None]:
+    def _own_errors(self) -> Iterator[None]:
+        """Turns errors of dask within the block into errors of hemline."""
         try:
             yield
         except BadCluster:
             raise
         except Exception as error:
-            raise self._in_our_words(error) from error
+            raise self._own_error(error) from error
 
 
 @contextmanager
 def cluster(address: str) -> Iterator[Cluster]:
-    """The workers of a scheduler; at the end of the block it forgets what was not done.
+    """Connects to the workers of a scheduler; at the end of the block the scheduler forgets calls that are not done.
 
     Args:
-        address: Such as `tcp://host:8786`; it is waited for `CONNECT_TIMEOUT` long.
+        address: Address such as `tcp://host:8786`; the connection is awaited for `CONNECT_TIMEOUT`.
 
     Raises:
-        BadCluster: None answers there, or its workers cannot run this hemline.
+        BadCluster: No scheduler answers there, or its workers cannot run this hemline.
         MissingExtra: dask.distributed is not installed.
     """
     try:
         from distributed import Client
     except ImportError as reason:
         raise MissingExtra("distributed", "cluster", "sharing work out over a cluster") from reason
-    # what goes wrong is said by us, in a line
+    # errors are reported by hemline, in one line
     for name in ("distributed", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
@@ -181,36 +183,36 @@ def cluster(address: str) -> Iterator[Cluster]:
         cure = "start one with 'dask scheduler' and name it as tcp://HOST:8786"
         raise BadCluster(what, f"nothing within {CONNECT_TIMEOUT:g} s", cure) from reason
     try:
-        found = Cluster(client, address)
-        found.check()
-        yield found
+        connected = Cluster(client, address)
+        connected.check()
+        yield connected
     finally:
         with suppress(Exception):
             client.close(timeout=2)
 
 
-def _same() -> str:
+def _install_cure() -> str:
     return f"install {code()} there, as here"
 
 
 def _check(worker: str, there: str, threads: int) -> None:
     if there != code():
-        raise BadCluster(f"worker {worker} cannot run this hemline", there, _same())
+        raise BadCluster(f"worker {worker} cannot run this hemline", there, _install_cure())
     if threads != 1:
         cure = "start it with 'dask worker --nthreads 1 --nworkers CORES'"
         raise BadCluster(f"worker {worker} must have one thread: a take is simulated by one", threads, cure)
 
 
-def answer_call(there: str, topic: str, number: int, key: str, setup: bytes, asked: bytes) -> Any:
-    """Make one call, on a worker; one that came late was not asked before which hemline it has.
+def answer_call(there: str, topic: str, number: int, key: str, setup: bytes, request: bytes) -> Any:
+    """Makes one call, on a worker; a worker that came late is checked here.
 
     Args:
-        there: The `code` of who asks.
-        topic: Where it listens.
-        number: The call.
-        key: Of the setup.
-        setup: What the call has in common with others, serialised.
-        asked: Function and argument, serialised.
+        there: The `code` of the process that asks.
+        topic: Topic to which that process listens.
+        number: Number of the call.
+        key: Key of the setup.
+        setup: The setup, serialised.
+        request: Function and argument, serialised.
 
     Raises:
         BadCluster: This worker has another hemline, or more than one thread.
@@ -233,5 +235,5 @@ def answer_call(there: str, topic: str, number: int, key: str, setup: bytes, ask
             last = time.monotonic()
             worker.log_event(topic, [number, done, total])
 
-    work, argument = loads(asked)
+    work, argument = loads(request)
     return work(cached_setup(key, lambda: loads(setup)), argument, tell)

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline import bodies
 from hemline.arrays import Float
-from hemline.bodies.lifted_arms import lifted_arms
+from hemline.bodies.lifted_arms import lift_pose_arms
 from hemline.datasets import open_dataset
 from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
 from hemline.errors import BadInput
@@ -19,28 +18,30 @@ from hemline.sim.settings import SimSettings
 
 from .anchors import MAX_STAND_INS, PosedTakes, produce_posed, produce_scattered
 from .jobs import Report
-from .rest_states import random_shapes, spread_shapes
+from .rest_states import axis_shapes, random_shapes
+from .setup import Setup
 
-SAMPLED_FPS, EVERY = 30.0, 4
-"""Poses are every fourth frame of clips at this rate."""
+SAMPLED_FPS, SAMPLE_STRIDE = 30.0, 4
+"""Frame rate at which clips are sampled, and number of its frames from one pose to the next."""
 
-SHAPES = 4
-"""Of so many betas each is -2, -1, 1 and 2 in turn: seventeen shapes with the mean one."""
+SHAPE_BETAS = 4
+"""Number of betas that are each -2, -1, 1 and 2 in turn, which gives seventeen shapes with the mean one."""
 
 SEED_OF_BODIES = 1_000_000
-"""Added to the seed for random bodies: others than those that a test is likely to draw."""
+"""Added to the seed for random bodies, so that they differ from those that a test is likely to draw."""
 
 
 @dataclass(frozen=True)
 class Database:
-    """What was made.
+    """The contents of a database.
 
     Attributes:
-        clusters: Of the poses of the clips.
-        weights: Of each joint, when poses are compared.
-        anchors: What each cluster became; None where the garment came to rest in no pose of it.
-        beside: The same of the poses on the mean shape alone.
-        random: The same of the random bodies, each in a pose of `beside`, or of `anchors` without such.
+        clusters: Clusters of the poses of the clips.
+        weights: Weight of each joint in the comparison of poses.
+        anchors: Takes of each cluster; None if the garment came to rest in no pose of it.
+        beside: Takes of the poses on the mean shape alone, or None likewise.
+        random: Takes of the random bodies, each in a pose of `beside`, or of `anchors` if there is none, or None
+            likewise.
         shapes: Betas of the bodies of the anchors.
     """
 
@@ -67,36 +68,39 @@ def make_database(
     settings: SimSettings | None = None,
     progress: Report | None = None,
 ) -> Database:
-    """Settle a garment in the poses that stand for some clips, on seventeen shapes, into a dataset.
+    """Settles a garment in representative poses of some clips, on seventeen shapes, into a dataset.
 
-    First in the T-pose with derivatives by every joint, which say how much each joint counts; then in the poses in the
-    middle of as many clusters as asked for, arms lifted off the torso (`lifted_arms`). What is there already is kept.
+    The garment is first settled in the T-pose with derivatives by every joint, which weight the joints. It is then
+    settled in the central poses of the requested number of clusters, with arms lifted off the torso (`lift_pose_arms`).
+    Existing takes are kept.
 
     Args:
-        folder: The dataset; made when missing.
+        folder: The dataset; created if missing.
         garment: The garment.
-        clips: Where the poses come from.
-        count: Anchors.
-        beside: Poses, in the middle of so many clusters of their own, in which it is settled on the mean shape alone:
-            what poses do takes more of them to tell than what shapes do, and each costs a seventeenth.
-        random: Bodies of random shapes, all betas drawn, on each of which it is settled in one pose, those beside the
-            anchors in turn, or the anchors': the seventeen bodies know the first four betas alone, one at a time.
-        derivatives: Settle it on the mean shape in each anchor's pose once more, with derivatives by every joint there:
-            what sensitivity-optimised rigging learns from.
-        seed: Another number begins the clustering elsewhere.
-        jobs: Processes. What is made does not depend on it.
+        clips: Clips that the poses are taken from.
+        count: Number of anchors.
+        beside: Number of additional poses, the centres of as many clusters of their own, in which the garment is
+            settled on the mean shape alone. Effects of poses need more takes than effects of shapes, and each costs a
+            seventeenth.
+        random: Number of bodies of random shapes, with all betas drawn, on each of which the garment is settled in one
+            of the poses beside the anchors, in turn, or of the anchors. The seventeen bodies vary the first four betas
+            alone, one at a time.
+        derivatives: Whether to settle the garment on the mean shape in each anchor's pose once more, with derivatives
+            by every joint, for sensitivity-optimised rigging.
+        seed: Seed of the clustering and of the random bodies.
+        jobs: Number of processes. The results do not depend on it.
         scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
         settings: Settings of the simulator.
-        progress: Called with what is made, what is done and what there is in all.
+        progress: Called with the name of a stage, the steps done and the total number of steps.
 
     Raises:
-        BadInput: Fewer poses than anchors, or a body that has one shape.
+        BadInput: There are fewer poses than anchors, or the body has only one shape.
         BadDataset: The folder holds another garment's takes.
-        BadOutput: It cannot be written.
-        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
+        BadOutput: The folder cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot make the calls; finished takes are kept.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        section 3.6. Differs: see `walk.WALK` and `lifted_arms` for how a garment comes into a pose.
+        section 3.6. Differs: see `walk.WALK` and `lift_pose_arms` for the path of a garment into a pose.
     """
     tell = progress or (lambda stage, done, total: None)
     for name, number in (("poses beside the anchors", beside), ("random bodies", random)):
@@ -104,15 +108,15 @@ def make_database(
             raise BadInput(f"the number of {name} must not be negative", number, "leave it out for none")
     if count < 1:
         raise BadInput("the number of anchors must be positive", count, "the paper has 150")
-    poses = poses_of(clips)
-    body = bodies.load(garment.body_name)
+    poses = sample_poses(clips)
+    body = Setup.of(garment, settings).body
     if not len(body.shapedirs):
         cure = "simulate it and fit ropes, or play it with live or lag"
         raise BadInput("anchors are for bodies of many shapes", f"'{body.name}', which has no betas", cure)
-    shapes = spread_shapes(min(SHAPES, len(body.shapedirs)))
+    shapes = axis_shapes(min(SHAPE_BETAS, len(body.shapedirs)))
     rest = body.shaped().rest_pose.translation
     upright = Pose(np.tile([1.0, 0.0, 0.0, 0.0], (JOINT_COUNT, 1)), rest)
-    stood = produce_scattered(
+    t_poses = produce_scattered(
         folder,
         garment,
         [upright],
@@ -124,13 +128,13 @@ def make_database(
         report=_counter(tell, "T-pose", len(shapes)),
     )
     dataset = open_dataset(folder)
-    sensitivity = mean_sensitivity([dataset.take(each.names[0]) for each in stood if each is not None])
+    sensitivity = mean_sensitivity([dataset.take(each.names[0]) for each in t_poses if each is not None])
     weights = joint_weights(sensitivity)
     tell("clusters", 0, 1)
     clusters = cluster_poses(poses, weights, count, seed=seed)
     tell("clusters", 1, 1)
     single = cluster_poses(poses, weights, beside, seed=seed + 1).members if beside else ()
-    more = produce_posed(
+    beside_takes = produce_posed(
         folder,
         garment,
         [[Pose(poses[index], rest) for index in members[:MAX_STAND_INS]] for members in single],
@@ -153,7 +157,7 @@ def make_database(
             report=_counter(tell, "random bodies", random),
         )
 
-    scattered = scatter(more) if beside else []
+    scattered = scatter(beside_takes) if beside else []
     candidates = [[Pose(poses[index], rest) for index in members[:MAX_STAND_INS]] for members in clusters.members]
     anchors = produce_posed(
         folder,
@@ -178,20 +182,22 @@ def make_database(
         )
     if not beside:
         scattered = scatter(anchors)
-    return Database(clusters, weights, anchors, more, scattered, shapes)
+    return Database(clusters, weights, anchors, beside_takes, scattered, shapes)
 
 
-def poses_of(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:
-    """Every fourth frame of clips: arms lifted, heading left out, single precision, as garments are settled in them."""
-    found = []
+def sample_poses(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:
+    """Returns every fourth frame of clips in single precision, with arms lifted and without heading, for settling
+    garments.
+    """
+    poses = []
     for clip in clips:
-        motion = clip.resampled(SAMPLED_FPS)[::EVERY]
-        found += [lifted_arms(motion[frame]).rotations for frame in range(len(motion))]
-    return without_heading(np.asarray(found)).astype(np.float32).astype(np.float64)
+        motion = clip.resample(SAMPLED_FPS)[::SAMPLE_STRIDE]
+        poses += [lift_pose_arms(motion[frame]).rotations for frame in range(len(motion))]
+    return without_heading(np.asarray(poses)).astype(np.float32).astype(np.float64)
 
 
 def _counter(tell: Report, stage: str, total: int) -> Report:
-    """Counts calls: those below it name one anchor each."""
+    """Returns a report that counts its calls, each of which is one anchor."""
     done = 0
 
     def report(name: str, one: int, of: int) -> None:

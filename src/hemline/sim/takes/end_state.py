@@ -1,6 +1,6 @@
-"""What the next part of a clip goes on from, checked before kernels without bounds run on it.
+"""Checks of the end state that the next part of a clip continues from, before kernels without bounds checks run on it.
 
-Takes are copied from one dataset to another, so that the file of a part may be anybody's.
+Takes are copied from one dataset to another, so that the file of a part may come from anywhere.
 """
 
 import functools
@@ -11,12 +11,12 @@ import numpy as np
 
 from hemline.collide.surface.box_kernels import BLOCK, GROUP
 from hemline.collide.surface.patches import make_patches
-from hemline.datasets.take_checks import FARTHEST, FARTHEST_PELVIS, MAKE_AGAIN
+from hemline.datasets.take_checks import MAKE_AGAIN, PELVIS_LIMIT, VERTEX_LIMIT
 from hemline.errors import BadDataset, BadInput
 from hemline.files.contents import array_of
 from hemline.motions.motion import JOINT_COUNT
 
-from .setup import Setup, shaped
+from .setup import Setup, shaped_body
 
 if TYPE_CHECKING:
     from hemline.bodies import Body
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 EndState = Mapping[str, np.ndarray]
 """Arrays by name, as `simulate` returns them."""
 
-FASTEST = 1000.0
-"""No vertex is faster, nor changes its velocity by more in a step [m/s]; a step fails at a sixteenth of it."""
+MAX_SPEED = 1000.0
+"""Maximum speed of a vertex, and maximum change of its velocity in a step [m/s]; a step fails at a sixteenth of it."""
 
-HEAVIEST = 1e6
-"""The body presses on no vertex with more force [N]."""
+MAX_LOAD = 1e6
+"""Maximum force of the body on a vertex [N]."""
 
 
 def check_end_state(
@@ -41,34 +41,34 @@ def check_end_state(
     error: type[BadInput] = BadInput,
     cure: str = "give the 'end_state' of a take of this garment on this body",
 ) -> None:
-    """Refuse an end state that no simulation of a garment on a body can have.
+    """Checks that an end state is possible for a garment on a body.
 
     Args:
         end: The state.
-        count: Vertices of the garment.
+        count: Number of vertices of the garment.
         body: The body.
-        skin_faces: Faces of its surface as the projection cuts it.
-        owner: What an error calls it.
-        error: The class to raise.
-        cure: What to do about it.
+        skin_faces: Number of faces of its surface as the projection cuts it.
+        owner: Name of the state's owner in errors.
+        error: Class of error to raise.
+        cure: Advice in errors.
 
     Raises:
-        error: An array is missing, or unknown, or of another type or shape, names a face that there is not, or has
-            lengths, velocities or forces that no cloth has.
+        error: An array is missing, unknown, of another type or shape, names a face that does not exist, or has lengths,
+            velocities or forces that are impossible for cloth.
     """
     groups, blocks = -(-count // GROUP), -(-count // BLOCK)
     numbers = {
-        "translation": ("float32", (3,), FARTHEST_PELVIS),
-        "positions": ("float64", (count, 3), FARTHEST),
-        "velocities": ("float64", (count, 3), FASTEST),
-        "change": ("float64", (count, 3), FASTEST),
-        "load": ("float64", (count,), HEAVIEST),
+        "translation": ("float32", (3,), PELVIS_LIMIT),
+        "positions": ("float64", (count, 3), VERTEX_LIMIT),
+        "velocities": ("float64", (count, 3), MAX_SPEED),
+        "change": ("float64", (count, 3), MAX_SPEED),
+        "load": ("float64", (count,), MAX_LOAD),
         "time": ("float64", (1,), 1e9),
         "rotations": ("float32", (JOINT_COUNT, 4), 1.1),
-        "projector.heights": ("float32", (count,), FARTHEST_PELVIS),
-        "projector.offsets": ("float32", (count, 3), FARTHEST),
+        "projector.heights": ("float32", (count,), PELVIS_LIMIT),
+        "projector.offsets": ("float32", (count, 3), VERTEX_LIMIT),
     }
-    """Type, shape and largest size of what is measured; positions are measured from the pelvis."""
+    """Type, shape and maximum size of measured values; positions are relative to the pelvis."""
     wholes = {
         "pinched": ("uint8", (count,), 0, 1),
         "contact_history": ("int32", (count, 2), -1, len(body.faces) - 1),
@@ -78,7 +78,7 @@ def check_end_state(
         "projector.hidden": ("uint8", (groups,), 0, 1),
         "projector.lively": ("uint8", (blocks,), 0, 1),
     }
-    """Type, shape, least and largest of what is counted: faces, where -1 is none, axes, and whether or not."""
+    """Type, shape, minimum and maximum of counted values: faces (-1 for none), axes and flags."""
     unknown = sorted(end.keys() - numbers.keys() - wholes.keys())
     if unknown:
         raise error(f"{owner} has an end state with unknown arrays", ", ".join(unknown[:5]), cure)
@@ -107,10 +107,10 @@ def check_end_state(
 
 
 def check_end_of_take(end: EndState, setup: Setup, betas: tuple[float, ...], path: str) -> None:
-    """Refuse the end state of a take on disk that cannot be gone on from; see `check_end_state`.
+    """Checks that the end state of a stored take can be continued; see `check_end_state`.
 
     Raises:
-        BadDataset: It cannot be one of this garment on this body.
+        BadDataset: It does not belong to this garment on this body.
     """
     count, faces = len(setup.garment.vertices), _skin_faces(setup, betas)
     check_end_state(end, count, setup.body, faces, owner=path, error=BadDataset, cure=MAKE_AGAIN)
@@ -118,5 +118,5 @@ def check_end_of_take(end: EndState, setup: Setup, betas: tuple[float, ...], pat
 
 @functools.lru_cache(maxsize=4)
 def _skin_faces(setup: Setup, betas: tuple[float, ...]) -> int:
-    """Faces of the body's surface as the projection cuts it; how many depends on the shape."""
-    return len(make_patches(shaped(setup, betas)).faces)
+    """Returns the number of faces of the body's surface as the projection cuts it; it depends on the shape."""
+    return len(make_patches(shaped_body(setup, betas)).faces)

@@ -1,8 +1,8 @@
-"""Work as jobs: generators that stay in this process and yield calls, which workers do wherever they are.
+"""Jobs: generators that run in this process and yield calls, which workers make anywhere.
 
-A job looks up what a dataset has, yields a `Call` for what is missing, is given back what came of it, and writes that.
-So one process alone touches the dataset, workers share no disk with it, and what a worker was at when it was killed is
-a call that can be made again, anywhere, to the same result.
+A job looks up what a dataset holds, yields a `Call` for what is missing, receives the result and writes it. So only one
+process touches the dataset, and workers need no shared disk. A call whose worker was killed can be made again,
+anywhere, with the same result.
 """
 
 from collections import OrderedDict
@@ -13,20 +13,20 @@ from typing import Any, Protocol, TypeVar, runtime_checkable
 
 Result = TypeVar("Result")
 Report = Callable[[str, int, int], None]
-"""Called with what is worked on, the steps done and the steps in all."""
+"""Called with the name of the work, the steps done and the total number of steps."""
 Progress = Callable[[int, int], None]
-"""Called with the steps done and the steps in all."""
+"""Called with the steps done and the total number of steps."""
 
 
 MAX_CACHED_SETUPS = 4
-"""Setups that a worker keeps."""
+"""Number of setups that a worker caches."""
 _setups: OrderedDict[Any, Any] = OrderedDict()
 
 
-def cached_setup(key: Any, received: Callable[[], Any]) -> Any:
-    """The setup of that key as it came first to this worker: what is prepared for it is kept with it."""
+def cached_setup(key: Any, load: Callable[[], Any]) -> Any:
+    """Returns the setup of a key as this worker first received it, together with everything prepared for it."""
     if key not in _setups:
-        _setups[key] = received()
+        _setups[key] = load()
     _setups.move_to_end(key)
     while len(_setups) > MAX_CACHED_SETUPS:
         _setups.popitem(last=False)
@@ -34,21 +34,21 @@ def cached_setup(key: Any, received: Callable[[], Any]) -> Any:
 
 
 def ignore_progress(done: int, total: int) -> None:
-    """Where nobody wants to know."""
+    """Ignores progress."""
 
 
 @dataclass(frozen=True, eq=False)
 class Call:
-    """One piece of work, of seconds to minutes, that depends on what is in it and on nothing else."""
+    """One piece of work, of seconds to minutes, that depends only on its own fields."""
 
     work: Callable[[Any, Any, Progress], Any]
-    """A function of a module: given setup, argument and whom to tell."""
+    """Function of a module that takes the setup, the argument and a progress callback."""
     setup: Any
-    """What many calls have in common, the same object in all of them; a worker gets it once and keeps it."""
+    """Setup that many calls share, the same object in all of them; a worker receives it once and caches it."""
     argument: Any
-    """What is its own."""
-    heard: Progress = ignore_progress
-    """Called in this process with what the work tells."""
+    """Argument of this call."""
+    on_progress: Progress = ignore_progress
+    """Called in this process with the progress of the work."""
 
 
 Job = Generator[Call, Any, Result]
@@ -56,34 +56,34 @@ Job = Generator[Call, Any, Result]
 
 @runtime_checkable
 class Workers(Protocol):
-    """What makes calls: this process, processes beside it, or a cluster."""
+    """The makers of calls: this process, other processes, or a cluster."""
 
     @property
     def slots(self) -> int:
-        """Calls that should be under way, so that no worker waits for the next."""
+        """Number of calls that should be under way so that no worker waits for the next."""
         ...
 
     def submit(self, call: Call) -> "Future[Any]":
-        """Have a call made."""
+        """Submits a call."""
         ...
 
-    def finished(self, under_way: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
-        """Those that are done, after a tenth of a second's wait; what workers told meanwhile is passed on."""
+    def poll(self, under_way: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
+        """Waits up to a tenth of a second, passes on the progress of calls, and returns the calls that are done."""
         ...
 
 
 def run_jobs(jobs: Iterable[Job[Result]], workers: Workers) -> list[Result]:
-    """Run jobs to their ends, as many at a time as keep the workers busy, the first ones first.
+    """Runs jobs to their ends, as many at a time as keep the workers busy, the first ones first.
 
     Args:
-        jobs: The jobs; the next one is begun when there is a slot for it.
-        workers: What makes their calls.
+        jobs: The jobs; the next one begins when there is a free slot.
+        workers: The makers of their calls.
 
     Returns:
-        What each job returned, in order.
+        The result of each job, in order.
 
     Raises:
-        Exception: What a call raised and its job let pass; calls that are under way are given up.
+        Exception: A call raised an error that its job did not handle; calls under way are abandoned.
     """
     results: dict[int, Result] = {}
     under_way: dict[Future[Any], tuple[int, Job[Result]]] = {}
@@ -106,11 +106,12 @@ def run_jobs(jobs: Iterable[Job[Result]], workers: Workers) -> list[Result]:
             advance(number, job, lambda job=job: next(job))
         if not under_way:
             return [results[number] for number in sorted(results)]
-        for done in workers.finished(under_way):
+        for done in workers.poll(under_way):
             number, job = under_way.pop(done)
             advance(number, job, lambda job=job, done=done: _resume(job, done))
 
 
 def _resume(job: Job[Result], done: "Future[Any]") -> Call:
+    """Resumes a job with the result or the error of its call; returns the next call."""
     error = done.exception()
     return job.send(done.result()) if error is None else job.throw(error)

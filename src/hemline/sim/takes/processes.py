@@ -1,4 +1,4 @@
-"""Calls made in this process, or in processes beside it, which end when their parent is killed."""
+"""Calls made in this process, or in child processes, which end when their parent is killed."""
 
 import itertools
 import os
@@ -16,54 +16,54 @@ from hemline.compiled import available
 from .jobs import Call, Progress, cached_setup, ignore_progress
 
 
-class Here:
-    """Calls are made in this process, one after the other."""
+class ThisProcess:
+    """Makes calls in this process, one after the other."""
 
     slots = 1
 
     def submit(self, call: Call) -> "Future[Any]":
-        """Make it now."""
+        """Makes a call at once."""
         future: Future[Any] = Future()
         try:
-            future.set_result(call.work(call.setup, call.argument, call.heard))
+            future.set_result(call.work(call.setup, call.argument, call.on_progress))
         except Exception as error:
             future.set_exception(error)
         return future
 
-    def finished(self, under_way: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
-        """All of them."""
+    def poll(self, under_way: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
+        """Returns all calls."""
         return list(under_way)
 
 
 class Processes:
-    """Calls are made in processes of this machine."""
+    """Makes calls in processes of this machine."""
 
     def __init__(self, pool: ProcessPoolExecutor, slots: int, progress: Any):
         self.slots, self._pool, self._progress = slots, pool, progress
-        self._heard: dict[int, Progress] = {}
+        self._callbacks: dict[int, Progress] = {}
         self._setups: WeakKeyDictionary[Any, int] = WeakKeyDictionary()
         self._numbers = itertools.count()
 
     def submit(self, call: Call) -> "Future[Any]":
-        """Send it to the next free process."""
+        """Sends a call to the next free process."""
         number, setup = next(self._numbers), self._setups.setdefault(call.setup, next(self._numbers))
-        self._heard[number] = call.heard
+        self._callbacks[number] = call.on_progress
         future = self._pool.submit(_run_call, number, call.work, setup, call.setup, call.argument)
-        future.add_done_callback(lambda _: self._heard.pop(number))
+        future.add_done_callback(lambda _: self._callbacks.pop(number))
         return future
 
-    def finished(self, under_way: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
-        """Those that are done; see `Workers`."""
+    def poll(self, under_way: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
+        """Returns the calls that are done, see `Workers.poll`."""
         done = wait(under_way, timeout=0.1, return_when=FIRST_COMPLETED).done
         while not self._progress.empty():
             number, steps, total = self._progress.get()
-            self._heard.get(number, ignore_progress)(steps, total)
+            self._callbacks.get(number, ignore_progress)(steps, total)
         return done
 
 
 @contextmanager
 def processes(jobs: int) -> Iterator[Processes]:
-    """So many processes; they end with the block."""
+    """Starts processes that make calls; they end with the block."""
     # numba's threads and fork do not mix: spawn
     context = get_context("spawn")
     progress = context.SimpleQueue()
@@ -72,11 +72,11 @@ def processes(jobs: int) -> Iterator[Processes]:
         try:
             yield Processes(pool, jobs, progress)
         except BaseException:
-            # they are ended, not asked: a compiler does not hear Ctrl-C before it is done with a function
+            # they are terminated, not asked to end: a compiler ignores Ctrl-C until it is done with a function
             for process in list((pool._processes or {}).values()):
                 process.terminate()
-            # waited for, which takes a moment now: a pool that is let go while its own thread still clears up after
-            # broken processes may wait for itself for ever (CPython 3.13.0, seen after Ctrl-C)
+            # waiting takes only a moment now, and a pool that is released while its own thread still cleans up after
+            # broken processes may wait for itself for ever (CPython 3.13.0, observed after Ctrl-C)
             pool.shutdown(wait=True, cancel_futures=True)
             raise
 
@@ -85,7 +85,7 @@ _progress: Any = None
 
 
 def _start_worker(parent: int, threads: int, progress: Any) -> None:
-    """Set a worker's threads, and end it when its parent was killed."""
+    """Sets a worker's threads, and ends it when its parent was killed."""
     global _progress
     _progress = progress
     from hemline.compiled import use_threads
@@ -101,6 +101,7 @@ def _start_worker(parent: int, threads: int, progress: Any) -> None:
 
 
 def _run_call(number: int, work: Any, key: int, setup: Any, argument: Any) -> Any:
+    """Makes a call in a child process."""
     last = 0.0
 
     def tell(done: int, total: int) -> None:

@@ -1,7 +1,7 @@
-"""Many takes into a dataset: clips cut into parts, shared out over processes, continued after a kill.
+"""Simulates many clips into a dataset: clips are cut into parts, shared out over processes, and continued after a kill.
 
-A take's name is the hash of its inputs, so what is already there is known before it is made, and a command that is
-run again makes only what is missing. A part goes on from the end state that the part before it stored.
+The name of a take is the hash of its inputs, so that existing takes are known before anything is made, and a repeated
+command makes only what is missing. A part continues from the end state that the part before it stored.
 """
 
 import time
@@ -16,38 +16,38 @@ from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion
 from hemline.sim.settings import SIMULATOR, SimSettings
 
-from .start_dataset import start_dataset
 from .end_state import EndState, check_end_of_take
-from .jobs import Call, Job, Report, Progress, run_jobs
+from .jobs import Call, Job, Progress, Report, run_jobs
 from .rest_states import rest_job
-from .setup import Setup, shaped
+from .setup import Setup, shaped_body
 from .simulate import simulate
+from .start_dataset import start_dataset
 from .workers import workers
 
 PART_SECONDS = 10.0
-"""Clips are cut into parts of this length: a killed run loses at most that much cloth time."""
+"""Length of the parts that clips are cut into: a killed run loses at most this much cloth time [s]."""
 
 
 @dataclass(frozen=True)
-class Clip:
+class ClipRequest:
     """One clip to simulate."""
 
     motion: Motion
-    """As read, at its own frame rate."""
+    """The clip as it was read, at its own frame rate."""
     subject: str
-    """Who was captured."""
+    """Name of the person who was captured."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What the takes of some clips have in common, besides their setup."""
+    """The inputs that all takes of some clips share, besides their setup."""
 
     betas: tuple[float, ...] = ()
     """Shape of the body."""
     untangle: bool = True
-    """Lift limbs out of each other first."""
+    """Whether to lift intersecting limbs out of each other first."""
     quantised: bool = False
-    """Store vertices in steps of 10 micrometres."""
+    """Whether to store vertices in steps of 10 micrometres."""
     part_seconds: float = PART_SECONDS
     """Length of the parts that clips are cut into [s]."""
 
@@ -55,7 +55,7 @@ class Plan:
 def produce(
     folder: str | Path,
     garment: Garment,
-    clips: Sequence[Clip],
+    clips: Sequence[ClipRequest],
     *,
     betas: Sequence[float] = (),
     settings: SimSettings | None = None,
@@ -66,78 +66,81 @@ def produce(
     part_seconds: float = PART_SECONDS,
     report: Report | None = None,
 ) -> list[Row]:
-    """Simulate a garment against clips into a dataset; what is there already is kept.
+    """Simulates a garment against clips into a dataset; existing takes are kept.
 
     Args:
-        folder: The dataset; made when missing.
+        folder: The dataset; created if missing.
         garment: The garment, made on the body of `garment.body_name`.
         clips: The clips.
         betas: Shape of the body.
         settings: Settings of the simulator.
-        untangle: Lift limbs out of each other first.
-        jobs: Processes. The takes do not depend on it.
+        untangle: Whether to lift intersecting limbs out of each other first.
+        jobs: Number of processes. The takes do not depend on it.
         scheduler: Address of a dask scheduler whose workers simulate instead; see `workers`.
-        quantised: Store vertices in steps of 10 micrometres.
+        quantised: Whether to store vertices in steps of 10 micrometres.
         part_seconds: Length of the parts that clips are cut into [s].
-        report: Called with a clip's name, the frames done and the frames asked for; first with 0 for each clip.
+        report: Called with the name of a clip, the frames done and the total number of frames; first with 0 for each
+            clip.
 
     Returns:
-        The index rows of the takes asked for, failed ones included, in the order of the clips.
+        The index rows of the takes, including failed ones, in the order of the clips.
 
     Raises:
-        BadDataset: The folder holds another garment's takes, or one that cannot be read or gone on from.
-        BadOutput: It cannot be written.
-        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
+        BadDataset: The folder holds another garment's takes, or one that cannot be read or continued.
+        BadOutput: The folder cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot make the calls; finished takes are kept.
     """
     plan = Plan(tuple(betas), untangle, quantised, part_seconds)
     setup = Setup.of(garment, settings)
     tell = report or (lambda clip, done, total: None)
-    called = _told_apart([clip.motion.name for clip in clips])
-    with workers(jobs, scheduler) as those:
+    names_of_clips = _unique_names([clip.motion.name for clip in clips])
+    with workers(jobs, scheduler) as makers:
         dataset = start_dataset(folder, garment)
-        for name, clip in zip(called, clips, strict=True):
+        for name, clip in zip(names_of_clips, clips, strict=True):
             tell(name, 0, clip.motion.frames_at(setup.settings.fps))
-        (rest,) = run_jobs([rest_job(dataset, setup, plan.betas)], those)
+        (rest,) = run_jobs([rest_job(dataset, setup, plan.betas)], makers)
         work = (
             clip_job(dataset, setup, plan, clip, rest, lambda done, total, name=name: tell(name, done, total))
-            for name, clip in zip(called, clips, strict=True)
+            for name, clip in zip(names_of_clips, clips, strict=True)
         )
-        names = [name for made in run_jobs(work, those) for name in made]
+        names = [name for made in run_jobs(work, makers) for name in made]
     by_name = {row.name: row for row in dataset.rows()}
     return [by_name[name] for name in names]
 
 
-def clip_job(dataset: Dataset, setup: Setup, plan: Plan, clip: Clip, rest: Take, tell: Progress) -> Job[list[str]]:
-    """Make what a dataset lacks of a clip, part after part.
+def clip_job(
+    dataset: Dataset, setup: Setup, plan: Plan, clip: ClipRequest, rest: Take, tell: Progress
+) -> Job[list[str]]:
+    """Makes the missing takes of a clip, part after part.
 
     Args:
         dataset: The dataset.
         setup: Garment, body, settings.
-        plan: The rest of what parts depend on.
+        plan: Other inputs of the parts.
         clip: The clip.
         rest: The settled drape on the body.
-        tell: Called with frames done and frames in all.
+        tell: Called with the frames done and the total number of frames.
 
     Returns:
-        Names of its takes in order; the last may have failed.
+        Names of the takes in order; the last may have failed.
 
     Raises:
-        BadDataset: A take that is there cannot be read, or ends in a state that no simulation goes on from.
+        BadDataset: An existing take cannot be read, or ends in a state that no simulation can continue from.
     """
-    motion: Motion = yield Call(_placed, setup, (plan, clip.motion))
+    motion: Motion = yield Call(_place_motion, setup, (plan, clip.motion))
     names: list[str] = []
     end: EndState | None = None
     done = 0
     for index, part in enumerate(_parts(motion, plan.part_seconds)):
         inputs = part_inputs(setup, plan, clip, part, index, names[-1] if names else "")
-        take = dataset.kept(inputs)
+        take = dataset.find_by_inputs(inputs)
         if take is None:
 
-            def heard(frame: int, total: int, offset: int = done) -> None:
+            def on_progress(frame: int, total: int, offset: int = done) -> None:
                 tell(min(offset + frame, len(motion)), len(motion))
 
             start = rest if end is None else None
-            take, seconds = yield Call(_simulated, setup, (plan.betas, part, start, end), heard)
+            take, seconds = yield Call(_simulate_part, setup, (plan.betas, part, start, end), on_progress)
             take = replace(take, inputs=inputs)
             dataset.add(take, quantised=plan.quantised)
             dataset.log_timing(
@@ -160,8 +163,8 @@ def clip_job(dataset: Dataset, setup: Setup, plan: Plan, clip: Clip, rest: Take,
     return names
 
 
-def part_inputs(setup: Setup, plan: Plan, clip: Clip, part: Motion, index: int, before: str) -> dict[str, Any]:
-    """What a part of a clip depends on; the hash of it is its name."""
+def part_inputs(setup: Setup, plan: Plan, clip: ClipRequest, part: Motion, index: int, before: str) -> dict[str, Any]:
+    """Returns the inputs of a part of a clip, whose hash is its name."""
     return {
         "garment": setup.garment.hash,
         "body": setup.body.hash,
@@ -176,36 +179,37 @@ def part_inputs(setup: Setup, plan: Plan, clip: Clip, part: Motion, index: int, 
     }
 
 
-def _placed(setup: Setup, given: tuple[Plan, Motion], tell: Progress) -> Motion:
-    """A clip as the body makes it."""
-    plan, motion = given
-    body = shaped(setup, plan.betas)
-    motion = body.placed(motion.resampled(setup.settings.fps))
-    return body.untangled_motion(motion) if plan.untangle else motion
+def _place_motion(setup: Setup, argument: tuple[Plan, Motion], tell: Progress) -> Motion:
+    """Returns a clip as the body performs it."""
+    plan, motion = argument
+    body = shaped_body(setup, plan.betas)
+    motion = body.placed(motion.resample(setup.settings.fps))
+    return body.untangle_motion(motion) if plan.untangle else motion
 
 
-def _simulated(
-    setup: Setup, given: tuple[tuple[float, ...], Motion, Take | None, EndState | None], tell: Progress
+def _simulate_part(
+    setup: Setup, argument: tuple[tuple[float, ...], Motion, Take | None, EndState | None], tell: Progress
 ) -> tuple[Take, float]:
-    """One part of a clip, and the seconds that it took."""
-    betas, part, start, resume = given
+    """Simulates one part of a clip; returns the take and the seconds it took."""
+    betas, part, start, resume = argument
     began = time.perf_counter()
-    body = shaped(setup, betas)
+    body = shaped_body(setup, betas)
     take = simulate(setup.garment, body, part, setup.settings, start=start, resume=resume, progress=tell)
     return take, time.perf_counter() - began
 
 
 def _parts(motion: Motion, seconds: float) -> Iterator[Motion]:
+    """Yields parts of a motion."""
     length = max(1, round(seconds * motion.fps))
     for first in range(0, len(motion), length):
         yield motion[first : first + length]
 
 
-def _told_apart(names: Sequence[str]) -> list[str]:
-    """The names of clips; where several have one, they are numbered."""
-    met, count = Counter(names), Counter[str]()
-    found = []
+def _unique_names(names: Sequence[str]) -> list[str]:
+    """Returns the names of clips; if several clips share a name, they are numbered."""
+    total, count = Counter(names), Counter[str]()
+    unique = []
     for name in names:
         count[name] += 1
-        found.append(f"{name} #{count[name]}" if met[name] > 1 else name)
-    return found
+        unique.append(f"{name} #{count[name]}" if total[name] > 1 else name)
+    return unique

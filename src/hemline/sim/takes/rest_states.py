@@ -1,4 +1,4 @@
-"""The settled drapes of one garment on bodies of many shapes, in a dataset: what a model of shape learns from."""
+"""Settled drapes of one garment on bodies of many shapes, in a dataset; models of shape are fitted to them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
@@ -13,45 +13,45 @@ from hemline.garments.garment import Garment
 from hemline.sim.rest.settle import rest_drape
 from hemline.sim.settings import SIMULATOR, SimSettings
 
-from .start_dataset import start_dataset
-from .jobs import Call, Job, Progress, run_jobs
 from .build_info import build_info
-from .setup import Setup, shaped
+from .jobs import Call, Job, Progress, run_jobs
+from .setup import Setup, shaped_body
+from .start_dataset import start_dataset
 from .workers import workers
 
 if TYPE_CHECKING:
     from hemline.bodies import Body
 
-SPREAD = (-2.0, -1.0, 1.0, 2.0)
+AXIS_BETAS = (-2.0, -1.0, 1.0, 2.0)
 """Values that one beta takes while the others are 0 (AgentDress, Wu et al. 2021, section 3.2)."""
 
 
-def spread_shapes(count: int) -> list[tuple[float, ...]]:
-    """The betas of a plain body, then those where one of the first `count` betas is -2, -1, 1 or 2.
+def axis_shapes(count: int) -> list[tuple[float, ...]]:
+    """Returns the betas of the mean body, then those where one of the first `count` betas is -2, -1, 1 or 2.
 
-    With 4, the seventeen shapes of AgentDress (Wu et al. 2021, section 3.2).
+    With 4, these are the seventeen shapes of AgentDress (Wu et al. 2021, section 3.2).
     """
-    single = [(*[0.0] * index, value) for index in range(count) for value in SPREAD]
+    single = [(*[0.0] * index, value) for index in range(count) for value in AXIS_BETAS]
     return [(), *single]
 
 
 def random_shapes(body: "Body", count: int, seed: int) -> list[tuple[float, ...]]:
-    """Betas of so many random bodies, of one standard deviation."""
+    """Returns betas of random bodies, of one standard deviation."""
     betas = np.random.default_rng(seed).normal(size=(count, len(body.shapedirs)))
     return [tuple(float(beta) for beta in row) for row in betas]
 
 
 def rest_job(dataset: Dataset, setup: Setup, betas: tuple[float, ...]) -> Job[Take]:
-    """The settled drape on a body, made and kept where the dataset has none.
+    """Makes and stores the settled drape on a body, unless the dataset holds it.
 
     Raises:
-        BadDataset: There is one that cannot be read.
-        SimulationFailed: It could not be settled.
+        BadDataset: An existing drape cannot be read.
+        SimulationFailed: The garment could not be settled.
     """
     body = setup.body.shaped(betas)
     for row in dataset.rest_rows(body.betas):
-        if row.simulator == SIMULATOR and (found := dataset.sound(row.name)) is not None:
-            return found
+        if row.simulator == SIMULATOR and (take := dataset.find(row.name)) is not None:
+            return take
     inputs = {
         "garment": setup.garment.hash,
         "body": setup.body.hash,
@@ -61,14 +61,15 @@ def rest_job(dataset: Dataset, setup: Setup, betas: tuple[float, ...]) -> Job[Ta
         "clip": "",
         "part": 0,
     }
-    take = yield Call(_settled, setup, betas)
+    take = yield Call(_settle_rest, setup, betas)
     take = replace(take, inputs=inputs)
     dataset.add(take)
     return take
 
 
-def _settled(setup: Setup, betas: tuple[float, ...], tell: Progress) -> Take:
-    return replace(rest_drape(setup.garment, shaped(setup, betas), setup.settings), made_with=build_info())
+def _settle_rest(setup: Setup, betas: tuple[float, ...], tell: Progress) -> Take:
+    """Settles the garment in the rest pose of a shape."""
+    return replace(rest_drape(setup.garment, shaped_body(setup, betas), setup.settings), made_with=build_info())
 
 
 def produce_rests(
@@ -81,42 +82,42 @@ def produce_rests(
     scheduler: str | None = None,
     report: Callable[[int, int], None] | None = None,
 ) -> list[Take | str]:
-    """Settle a garment on bodies of many shapes into a dataset; what is there already is kept.
+    """Settles a garment on bodies of many shapes into a dataset; existing drapes are kept.
 
     Args:
-        folder: The dataset; made when missing.
+        folder: The dataset; created if missing.
         garment: The garment, made on the body of `garment.body_name`.
-        shapes: Betas of each body; what is left out is 0.
+        shapes: Betas of each body; missing ones are 0.
         settings: Settings of the simulator.
-        jobs: Processes. What is made does not depend on it.
+        jobs: Number of processes. The results do not depend on it.
         scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
-        report: Called with shapes done and shapes in all.
+        report: Called with the shapes done and the total number of shapes.
 
     Returns:
-        For each shape its take of kind `rest`, or why there is none.
+        For each shape its take of kind `rest`, or the reason why there is none.
 
     Raises:
-        BadBody: Betas that are too many or not finite.
+        BadBody: There are too many betas, or one is not finite.
         BadDataset: The folder holds another garment's takes.
-        BadOutput: It cannot be written.
-        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
+        BadOutput: The folder cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot make the calls; finished takes are kept.
     """
     setup, done = Setup.of(garment, settings), 0
-    asked = [tuple(float(beta) for beta in np.asarray(betas, np.float32)) for betas in shapes]
-    for betas in asked:
+    all_betas = [tuple(float(beta) for beta in np.asarray(betas, np.float32)) for betas in shapes]
+    for betas in all_betas:
         setup.body.shaped(betas)
 
     def rest(dataset: Dataset, betas: tuple[float, ...]) -> Job[Take | str]:
         nonlocal done
         try:
-            found: Take | str = yield from rest_job(dataset, setup, betas)
+            result: Take | str = yield from rest_job(dataset, setup, betas)
         except SimulationFailed as reason:
-            found = str(reason)
+            result = str(reason)
         done += 1
         if report:
-            report(done, len(asked))
-        return found
+            report(done, len(all_betas))
+        return result
 
-    with workers(jobs, scheduler) as those:
+    with workers(jobs, scheduler) as makers:
         dataset = start_dataset(folder, garment)
-        return run_jobs((rest(dataset, betas) for betas in asked), those)
+        return run_jobs((rest(dataset, betas) for betas in all_betas), makers)

@@ -1,4 +1,6 @@
-"""The garment of a dataset settled again in some of its poses, of another material: what the material does to it."""
+"""Settles the garment of a dataset again in some of its poses, in another material, to measure the effect of the
+material.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -30,30 +32,30 @@ def produce_in_poses_of(
     settings: SimSettings | None = None,
     report: Report | None = None,
 ) -> list[PosedTakes | None]:
-    """Settle a garment in poses in which another dataset has it on the mean shape, into a dataset of its own.
+    """Settles a garment in poses of another dataset on the mean shape, into a dataset of its own.
 
-    The poses are those in the middle of as many clusters; what is there already is kept.
+    The poses are the centres of as many clusters; existing takes are kept.
 
     Args:
-        folder: The dataset; made when missing.
-        garment: The garment: that of the other dataset, but for its material.
-        other: What `make_database` made.
-        count: Poses.
-        seed: Another number begins the clustering elsewhere.
-        jobs: Processes. What is made does not depend on it.
+        folder: The dataset; created if missing.
+        garment: The garment of the other dataset, in another material.
+        other: A dataset made by `make_database`.
+        count: Number of poses.
+        seed: Seed of the clustering.
+        jobs: Number of processes. The results do not depend on it.
         scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
         settings: Settings of the simulator.
-        report: As for `produce_posed`.
+        report: See `produce_posed`.
 
     Returns:
-        What became of each pose; None where the garment came to rest in no pose of its cluster.
+        The takes of each pose; None if the garment came to rest in no pose of its cluster.
 
     Raises:
-        BadInput: Another garment, its own material, or fewer poses than asked for.
-        BadGarment: A garment of several pieces.
+        BadInput: The garment is another one or in its own material, or there are fewer poses than requested.
+        BadGarment: The garment has several pieces.
         BadDataset: The other dataset has no T-pose with derivatives, or the folder holds another garment's takes.
-        BadOutput: It cannot be written.
-        BadCluster: No scheduler answers, it went away, or its workers cannot do it; what is done is kept.
+        BadOutput: The folder cannot be written.
+        BadCluster: No scheduler answers, it went away, or its workers cannot make the calls; finished takes are kept.
     """
     if garment.in_material(other.garment.material).hash != other.garment.hash:
         got = f"'{garment.name}' and '{other.garment.name}' of {other.folder}"
@@ -73,6 +75,6 @@ def produce_in_poses_of(
 
 
 def on_the_mean_shape(takes: Sequence[Take]) -> list[Pose]:
-    """The poses of settled takes on the mean shape, those with derivatives left out, each once, in their order."""
+    """Returns the poses of settled takes on the mean shape, each once, without takes that have derivatives."""
     plain = [take for take in takes if not take.derivatives and not np.any(take.betas)]
     return list({take.motion[0].hash: take.motion[0] for take in plain}.values())

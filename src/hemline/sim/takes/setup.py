@@ -1,4 +1,4 @@
-"""What many takes have in common: a garment, a body, settings; sent to each worker once."""
+"""The setup that many takes share: garment, body and settings, sent to each worker once."""
 
 import functools
 from dataclasses import dataclass
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """A garment on a body, and how it is simulated; arrays alone, so that a worker needs no file of ours."""
+    """A garment on a body, with the settings of the simulator. It holds only arrays, so that a worker needs none of our
+    files.
+    """
 
     garment: Garment
     body: "Body"
@@ -24,17 +26,17 @@ class Setup:
 
     @classmethod
     def of(cls, garment: Garment, settings: SimSettings | None) -> "Setup":
-        """On the body that the garment was made on."""
+        """Makes the setup with the body that the garment was made on."""
         return cls(garment, bodies.load(garment.body_name), settings or SimSettings())
 
 
 @functools.lru_cache(maxsize=4)
-def shaped(setup: Setup, betas: tuple[float, ...]) -> "ShapedBody":
-    """The body in a shape: what is prepared for it, such as the balls that untangling fills it with, is kept."""
+def shaped_body(setup: Setup, betas: tuple[float, ...]) -> "ShapedBody":
+    """Returns the body in a shape, cached with everything prepared for it, such as the balls for untangling."""
     return setup.body.shaped(betas)
 
 
 @functools.lru_cache(maxsize=64)
 def drape(setup: Setup, betas: tuple[float, ...]) -> Rest:
-    """Where all walks of the garment on a shape begin."""
+    """Returns the rest drape of the garment on a shape, where all walks begin."""
     return rest_state(setup.garment, setup.body.shaped(betas), setup.settings)

@@ -10,7 +10,7 @@ import numpy as np
 
 from hemline.bodies.lead_in import lead_in
 from hemline.datasets.take import Take
-from hemline.datasets.take_checks import FARTHEST
+from hemline.datasets.take_checks import VERTEX_LIMIT
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.clean import jump
@@ -20,11 +20,11 @@ from hemline.sim.cloth.wind import Wind
 from hemline.sim.rest.settle import rest_drape
 from hemline.sim.settings import SIMULATOR, SimSettings
 from hemline.sim.step.dressed_body import DressedBody
-from hemline.sim.step.frame_end import FrameEnd, remembered
+from hemline.sim.step.frame_end import FrameEnd, projector_arrays, read_projector
 from hemline.sim.step.state import ClothState
 
-from .end_state import EndState, check_end_state
 from .build_info import build_info
+from .end_state import EndState, check_end_state
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -43,30 +43,30 @@ def simulate(
     wind: Wind | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Take:
-    """Simulate a garment against a clip.
+    """Simulates a garment against a clip.
 
     Args:
         garment: The garment, on this body shape.
         shaped: The body.
-        motion: The clip, placed on the body; resampled to the frame rate of the settings here.
+        motion: The clip, placed on the body; it is resampled to the frame rate of the settings.
         settings: Settings of the simulator.
-        start: The settled rest drape of this garment on this body; None: settled here.
-        resume: The end state of the part of the clip before this one; the result is as if it had never been cut.
-        wind: Wind over time and place, such as `Gusts` or a function of one's own: (seconds, positions) to velocities;
-            None: that of the settings. Only theirs is part of the take's inputs.
-        progress: Called after each frame with frames done and frames in all.
+        start: The settled rest drape of this garment on this body; None to settle it here.
+        resume: The end state of the preceding part of the clip; the result is the same as without the cut.
+        wind: Wind over time and place, such as `Gusts` or a function (seconds, positions) to velocities; None for the
+            wind of the settings. Only the latter is an input of the take.
+        progress: Called after each frame with the frames done and the total number of frames.
 
     Returns:
-        The take, lead-in included. If a step failed at its shortest, or the clip jumps as no person can, `failed` says
-        when and why, and the frames before are there.
+        The take, with its lead-in. If a step failed at its shortest, or the clip jumps as no person can, `failed` gives
+        the frame and the reason, and the take holds the frames before.
 
     Raises:
         BadInput: `start` or `resume` belongs to another garment, `resume` is no end state, or a wind is not one finite
-            velocity a vertex.
+            velocity per vertex.
         SimulationFailed: The garment could not be settled in the rest pose.
     """
     settings = settings or SimSettings()
-    motion = motion.resampled(settings.fps)
+    motion = motion.resample(settings.fps)
     dressed = DressedBody(garment, shaped, settings, wind)
     record = _Record()
     if resume is None:
@@ -75,13 +75,14 @@ def simulate(
         leading, placement = lead_in(shaped, motion, max(1, round(settings.lead_in * settings.fps)))
         state, before = dressed.stepper.start(placement.points(rest.vertices[0])), leading[0]
         end = FrameEnd(garment, shaped)
+        projector = end.start()
         record.keep(state.positions, int(rest.pinched[0]))
         poses = [leading[i] for i in range(1, len(leading))] + [motion[i] for i in range(len(motion))]
     else:
         end = FrameEnd(garment, shaped)
         _check_resume(resume, garment, shaped, end)
         state, before = _state(resume), Pose(resume["rotations"], resume["translation"])
-        end.state = remembered(resume)
+        projector = read_projector(resume)
         leading, poses = None, [motion[i] for i in range(len(motion))]
     failed = None
     lead_frames = 0 if leading is None else len(leading)
@@ -93,22 +94,23 @@ def simulate(
             log.warning("take failed: %s", failed)
             break
         try:
-            state, reports, posed = dressed.frame(state, before, pose)
+            frame = dressed.simulate_frame(state, before, pose)
         except SimulationFailed as reason:
             failed = f"frame {index}: {reason}"
             log.warning("take failed: %s", failed)
             break
-        if (away := float(np.abs(state.positions - pose.translation).max())) > FARTHEST - 1:
+        state = frame.state
+        if (away := float(np.abs(state.positions - pose.translation).max())) > VERTEX_LIMIT - 1:
             failed = f"frame {index}: the garment is not worn any more, a vertex is {away:.0f} m from the pelvis"
             log.warning("take failed: %s", failed)
             break
-        cleaned = end.clean(posed, state.positions, 1 / settings.fps, state.contact_history)
-        state, before = dressed.fed_back(state, cleaned.positions, cleaned.pinched), pose
+        cleaned = end.clean(frame.posed, state.positions, 1 / settings.fps, state.contact_history, projector=projector)
+        state, before, projector = dressed.apply_projection(frame, cleaned), pose, cleaned.projector
         record.keep(cleaned.positions, len(cleaned.pinched))
         record.inside.append(cleaned.inside)
         record.deepest_mm.append(cleaned.deepest_mm)
-        record.residual_share += [report.residual_share for report in reports]
-        newton, solver = sum(r.newton_steps for r in reports), sum(r.solver_steps for r in reports)
+        record.residual_share += [report.residual_share for report in frame.reports]
+        newton, solver = sum(r.newton_steps for r in frame.reports), sum(r.solver_steps for r in frame.reports)
         log.debug(
             "frame %d: %.1f ms, %d Newton steps, %d of conjugate gradients",
             index,
@@ -118,9 +120,9 @@ def simulate(
         )
         if progress:
             progress(index + 1, total)
-    whole = motion if leading is None else _joined(leading, motion)
+    whole = motion if leading is None else _concatenate(leading, motion)
     if not record.vertices:
-        # a part that failed at once: the frame that it came from
+        # a part that failed at once holds the frame that it started from
         record.keep(state.positions, int(state.pinched.sum()))
         whole, lead_frames = replace(motion, rotations=before.rotations[None], translations=before.translation[None]), 1
     done = len(record.vertices)
@@ -147,13 +149,13 @@ def simulate(
             "simulator": SIMULATOR,
         },
         made_with=build_info(),
-        end_state=_end_state(state, before) | end.memory(),
+        end_state=_end_state(state, before) | projector_arrays(projector),
     )
 
 
 @dataclass
 class _Record:
-    """What is noted frame by frame."""
+    """Results noted frame by frame."""
 
     vertices: list[np.ndarray] = field(default_factory=list)
     pinched: list[int] = field(default_factory=list)
@@ -162,10 +164,12 @@ class _Record:
     residual_share: list[float] = field(default_factory=list)
 
     def keep(self, positions: np.ndarray, pinched: int) -> None:
+        """Adds the positions of a frame."""
         self.vertices.append(positions.astype(np.float32))
         self.pinched.append(pinched)
 
     def figures(self) -> dict[str, float]:
+        """Returns the figures of the take."""
         return {
             "inside": float(max(self.inside, default=0)),
             "deepest_mm": float(max(self.deepest_mm, default=0.0)),
@@ -175,6 +179,7 @@ class _Record:
 
 
 def _end_state(state: ClothState, pose: Pose) -> dict[str, np.ndarray]:
+    """Returns the arrays that the next part continues from."""
     assert state.contact_history is not None
     return {
         "positions": state.positions,
@@ -190,17 +195,19 @@ def _end_state(state: ClothState, pose: Pose) -> dict[str, np.ndarray]:
 
 
 def _state(end: EndState) -> ClothState:
+    """Returns the state of the cloth from an end state."""
     arrays = {
         name: np.ascontiguousarray(end[name], np.float64) for name in ("positions", "velocities", "change", "load")
     }
-    # takes of older versions have no contact history: the closest skin is where they go on
+    # takes of older versions have no contact history: they continue from the closest skin
     history = end.get("contact_history", np.full((len(arrays["positions"]), 2), -1, np.int32))
     return ClothState(
         **arrays, pinched=end["pinched"].astype(bool), contact_history=history, time=float(end["time"][0])
     )
 
 
-def _joined(first: Motion, second: Motion) -> Motion:
+def _concatenate(first: Motion, second: Motion) -> Motion:
+    """Joins two motions."""
     return replace(
         second,
         rotations=np.concatenate([first.rotations, second.rotations]),
@@ -209,13 +216,14 @@ def _joined(first: Motion, second: Motion) -> Motion:
 
 
 def _check_resume(resume: EndState, garment: Garment, shaped: "ShapedBody", end: FrameEnd) -> None:
-    """Refuse what no simulation of this garment on this body goes on from."""
+    """Checks that a simulation of this garment on this body can continue from an end state."""
     _check_count("resume", resume.get("positions", np.zeros(0)), garment)
     faces = len(end.projector.on_body.patches.faces)
     check_end_state(resume, len(garment.vertices), shaped.body, faces, owner="'resume'")
 
 
 def _check_count(name: str, vertices: np.ndarray, garment: Garment) -> None:
+    """Checks the number of vertices of an input."""
     if len(vertices) != len(garment.vertices):
         got = f"{len(vertices)} vertices for {len(garment.vertices)}"
         raise BadInput(f"'{name}' must belong to garment '{garment.name}'", got, "settle this garment again")

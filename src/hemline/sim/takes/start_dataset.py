@@ -1,4 +1,4 @@
-"""What is looked at in a dataset before anything is made for it, so that no hours are lost."""
+"""Checks of a dataset before takes are made for it, so that no hours are lost."""
 
 from pathlib import Path
 
@@ -8,14 +8,14 @@ from hemline.sim.settings import SIMULATOR
 
 
 def start_dataset(folder: str | Path, garment: Garment) -> Dataset:
-    """The dataset that takes are made for: made, or continued.
+    """Creates or opens the dataset that takes are made for.
 
-    Takes that are damaged are put aside, with a warning each, and made again where they are asked for. A warning says,
-    too, how many takes another simulator made.
+    Damaged takes are moved aside, with a warning each, and made again when they are needed. Another warning tells how
+    many takes another simulator made.
 
     Args:
-        folder: The dataset; made when missing.
-        garment: Its garment.
+        folder: The dataset; created if missing.
+        garment: The garment of the dataset.
 
     Raises:
         BadDataset: The folder holds another garment's takes, or a take that cannot be read.

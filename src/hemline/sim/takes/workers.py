@@ -1,4 +1,4 @@
-"""Who makes calls: one function for all that is shared out."""
+"""Chooses the workers for all work that is shared out."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,30 +7,30 @@ from hemline.errors import BadInput
 
 from .cluster import cluster
 from .jobs import Workers
-from .processes import Here, processes
+from .processes import ThisProcess, processes
 
 
 @contextmanager
 def workers(jobs: int = 1, scheduler: str | None = None) -> Iterator[Workers]:
-    """This process, some beside it, or those of a dask scheduler; what they make does not depend on it.
+    """Yields this process, child processes, or the workers of a dask scheduler; results do not depend on the choice.
 
     Args:
-        jobs: Processes of this machine; 1 is this one.
-        scheduler: Address of a dask scheduler, such as `tcp://host:8786`, whose workers do it instead.
+        jobs: Number of processes of this machine; 1 is this process.
+        scheduler: Address of a dask scheduler whose workers make the calls instead, such as `tcp://host:8786`.
 
     Raises:
-        BadInput: Both are asked for.
+        BadInput: Both are given.
         BadCluster: No scheduler answers, or its workers cannot run this hemline.
         MissingExtra: dask.distributed is not installed.
     """
     if scheduler is None:
         if jobs == 1:
-            yield Here()
+            yield ThisProcess()
             return
-        with processes(jobs) as beside:
-            yield beside
+        with processes(jobs) as children:
+            yield children
         return
     if jobs != 1:
         raise BadInput("jobs are processes of this machine, a scheduler has workers of its own", "both", "give one")
-    with cluster(scheduler) as far:
-        yield far
+    with cluster(scheduler) as connected:
+        yield connected

@@ -5,24 +5,24 @@
 const SCALE = ["left much better", "left better", "left slightly better", "no preference",
   "right slightly better", "right better", "right much better"];
 const at = (id) => document.getElementById(id);
-const state = { code: null, item: null, began: 0, showing: null, sides: [], busy: false, pairs: [], place: 0 };
+const state = { code: null, item: null, began: 0, shownClips: null, sides: [], busy: false, pairs: [], place: 0 };
 
 function show(id) {
   for (const each of ["welcome", "pair", "thanks"]) at(each).hidden = each !== id;
 }
 
-function fault(text) {
+function showError(text) {
   at("fault").textContent = text ?? "";
   at("fault").hidden = !text;
 }
 
-async function asked(path, body) {
+async function request(path, body) {
   const sent = body && { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
   let reply;
   try {
     reply = await fetch(`.${path}`, sent);
   } catch {
-    throw new Error("The page is not reached; tell the person who runs the study, then try again.");
+    throw new Error("The page is not reached; tell the person who runs the study, then try replayAll.");
   }
   const content = await reply.json();
   if (!reply.ok) throw new Error(content.error);
@@ -34,10 +34,10 @@ async function once(work) {
   if (state.busy) return;
   state.busy = true;
   try {
-    fault();
+    showError();
     await work();
   } catch (error) {
-    fault(error.message);
+    showError(error.message);
   } finally {
     state.busy = false;
   }
@@ -45,19 +45,19 @@ async function once(work) {
 
 // Clips. A picture begins anew with each address, so each replay makes one; a video is set back.
 
-async function loaded(address, video) {
+async function load(address, video) {
   const reply = await fetch(`.${address}`);
   if (!reply.ok) throw new Error((await reply.json()).error);
   return { bytes: await reply.blob(), video, element: null };
 }
 
-async function prepared(side) {
+async function prepare(side) {
   if (side.video && side.element) return side.element;
   const element = document.createElement(side.video ? "video" : "img");
   const unplayable = new Error("This browser cannot play this clip; tell the person who runs the study.");
   if (side.video) {
     Object.assign(element, { muted: true, playsInline: true, preload: "auto" });
-    element.addEventListener("ended", again);
+    element.addEventListener("ended", replayAll);
     await new Promise((done, failed) => {
       element.oncanplaythrough = done;
       element.onerror = () => failed(unplayable);
@@ -71,11 +71,11 @@ async function prepared(side) {
   return element;
 }
 
-function again() {
-  if (state.sides.every((side) => side.element.ended)) play().catch((error) => fault(error.message));
+function replayAll() {
+  if (state.sides.every((side) => side.element.ended)) play().catch((error) => showError(error.message));
 }
 
-function alike([a, b]) {
+function checkAlike([a, b]) {
   const far = Math.abs(a.duration - b.duration) > 0.1; // not for a duration that is not known, which is infinite
   if (a.videoWidth !== b.videoWidth || a.videoHeight !== b.videoHeight || far)
     throw new Error("These two videos differ in size or length; tell the person who runs the study.");
@@ -84,8 +84,8 @@ function alike([a, b]) {
 async function play() {
   const sides = state.sides;
   if (!sides.length) return;
-  const elements = await Promise.all(sides.map(prepared));
-  if (sides[0].video) alike(elements);
+  const elements = await Promise.all(sides.map(prepare));
+  if (sides[0].video) checkAlike(elements);
   const { naturalWidth, naturalHeight, videoWidth, videoHeight } = elements[0];
   at("clips").style.setProperty("--aspect", (naturalWidth ?? videoWidth) / (naturalHeight ?? videoHeight));
   elements.forEach((element, place) => {
@@ -101,19 +101,19 @@ async function play() {
 }
 
 async function showClips(pair) {
-  const showing = `${pair.left} ${pair.right}`;
-  if (state.showing === showing) return;
+  const shownClips = `${pair.left} ${pair.right}`;
+  if (state.shownClips === shownClips) return;
   for (const side of state.sides) if (side.element) URL.revokeObjectURL(side.element.src);
   for (const id of ["left", "right"]) at(id).replaceChildren();
-  Object.assign(state, { showing: null, sides: [] });
-  state.sides = await Promise.all([loaded(pair.left, pair.video), loaded(pair.right, pair.video)]);
+  Object.assign(state, { shownClips: null, sides: [] });
+  state.sides = await Promise.all([load(pair.left, pair.video), load(pair.right, pair.video)]);
   await play();
-  state.showing = showing;
+  state.shownClips = shownClips;
 }
 
 // Questions
 
-function chosen() {
+function chosenPoint() {
   return Number(document.querySelector("#scale input:checked")?.value ?? 0);
 }
 
@@ -125,7 +125,7 @@ function choose(point) {
   at("confirm").disabled = false;
 }
 
-async function turnTo({ item, total }) {
+async function showItem({ item, total }) {
   state.item = item;
   if (!item) {
     at("finished").textContent = `All ${total} answers of ${state.code} are kept.`;
@@ -145,18 +145,18 @@ async function turnTo({ item, total }) {
   state.began = performance.now();
 }
 
-const begin = () => once(async () => {
+const beginSession = () => once(async () => {
   const code = at("code").value.trim();
-  const reply = await asked("/next", { participant: code });
+  const reply = await request("/next", { participant: code });
   state.code = code;
-  await turnTo(reply);
+  await showItem(reply);
 });
 
 const confirm = () => once(async () => {
-  const point = chosen();
-  if (!point || !state.item || !state.showing) return;
+  const point = chosenPoint();
+  if (!point || !state.item || !state.shownClips) return;
   const seconds = (performance.now() - state.began) / 1000;
-  await turnTo(await asked("/answer", { participant: state.code, token: state.item.token, point, seconds }));
+  await showItem(await request("/answer", { participant: state.code, token: state.item.token, point, seconds }));
 });
 
 function welcome() {
@@ -168,7 +168,7 @@ function welcome() {
 
 // Without questions: all pairs, with the names of their files.
 
-const look = (step) => once(async () => {
+const showPair = (step) => once(async () => {
   state.place = (state.place + step + state.pairs.length) % state.pairs.length;
   const pair = state.pairs[state.place];
   at("place").textContent = `${pair.name}, pair ${state.place + 1} of ${state.pairs.length}`;
@@ -176,16 +176,16 @@ const look = (step) => once(async () => {
   await showClips(pair);
 });
 
-function pressed(event) {
+function onKey(event) {
   if (event.ctrlKey || event.metaKey || event.altKey || at("pair").hidden) return;
   const { key } = event;
   if (key === "Enter" && event.target.closest?.("button:not(#confirm)")) return;
   const step = { ArrowLeft: -1, ArrowRight: 1 }[key];
   if (key === "r" || key === "R") once(play);
-  else if (at("asked").hidden && step) look(step);
+  else if (at("asked").hidden && step) showPair(step);
   else if (at("asked").hidden) return;
   else if (/^[1-7]$/.test(key)) choose(Number(key));
-  else if (step) choose(Math.min(7, Math.max(1, (chosen() || 4) + step)));
+  else if (step) choose(Math.min(7, Math.max(1, (chosenPoint() || 4) + step)));
   else if (key === "Enter") confirm();
   else return;
   event.preventDefault();
@@ -200,18 +200,18 @@ async function main() {
     at("scale").append(label);
   });
   at("scale").addEventListener("change", () => { at("confirm").disabled = false; });
-  for (const [id, work] of [["welcome", begin], ["asked", confirm], ["thanks", welcome]])
+  for (const [id, work] of [["welcome", beginSession], ["asked", confirm], ["thanks", welcome]])
     at(id).addEventListener("submit", (event) => { event.preventDefault(); work(); });
   for (const button of document.querySelectorAll(".replay")) button.addEventListener("click", () => once(play));
-  at("back").addEventListener("click", () => look(-1));
-  at("forth").addEventListener("click", () => look(1));
-  document.addEventListener("keydown", pressed);
-  const study = await asked("/study");
+  at("back").addEventListener("click", () => showPair(-1));
+  at("forth").addEventListener("click", () => showPair(1));
+  document.addEventListener("keydown", onKey);
+  const study = await request("/study");
   if (study.blind) return welcome();
   state.pairs = study.pairs;
   at("looked").hidden = false;
   show("pair");
-  await look(0);
+  await showPair(0);
 }
 
-main().catch((error) => fault(error.message));
+main().catch((error) => showError(error.message));

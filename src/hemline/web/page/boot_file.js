@@ -1,7 +1,7 @@
-// A page in one file: data, kernels and modules stand in it, zipped, in base64.
-const said = (text) => (document.getElementById("loading").textContent = text);
+// A page in one file, with data, kernels and modules, zipped, in base64.
+const showStatus = (text) => (document.getElementById("loading").textContent = text);
 
-async function unzipped(id) {
+async function unzip(id) {
   const text = atob(document.getElementById(id).textContent), bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -9,7 +9,7 @@ async function unzipped(id) {
 }
 
 async function begin() {
-  const modules = JSON.parse(new TextDecoder().decode(await unzipped("modules"))), imports = {};
+  const modules = JSON.parse(new TextDecoder().decode(await unzip("modules"))), imports = {};
   for (const [name, source] of Object.entries(modules)) {
     imports[name] = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
   }
@@ -18,7 +18,7 @@ async function begin() {
   map.textContent = JSON.stringify({ imports });
   document.head.append(map);
   const { open } = await import("hemline/main.js");
-  await open(await unzipped("contents"), await unzipped("kernels"));
+  await open(await unzip("contents"), await unzip("kernels"));
 }
 
-begin().catch((error) => said(`This page needs a browser of 2023 or later (${error.message}).`));
+begin().catch((error) => showStatus(`This page needs a browser of 2023 or later (${error.message}).`));

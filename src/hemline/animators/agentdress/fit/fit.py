@@ -1,16 +1,15 @@
-"""From settled garments to a model: shape models of all anchors, the pose model, one basis for both."""
+"""The fit of AgentDress: shape models of all anchors, the pose model, and one basis for both."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from hemline import bodies
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.distances import axes_between, axis_weights, region_distances
+from hemline.animators.agentdress.garment_kernels import NO_CLEARANCE
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.tables import Tables
-from hemline.animators.agentdress.garment_kernels import NO_CLEARANCE
 from hemline.animators.base import Progress
 from hemline.animators.terms import garment_terms
 from hemline.arrays import Float
@@ -36,13 +35,13 @@ from .shape_fit import fit_shapes
 from .suitability import fit_quality, warn_of_poor_fit
 
 SECOND_COLUMNS = 16
-"""Modes of the basis with a second column of 8 bits: those whose rounding would show most."""
+"""Number of basis modes with a second column of 8 bits, the ones whose rounding error would be largest."""
 
 SENSITIVITY_POWER = 0.75
-"""Of the sensitivities, squared and summed, in distances between poses."""
+"""Exponent of the summed squared sensitivities in distances between poses."""
 
 LEAST_DISTANCE = 1e-9
-"""Anchors that are nearer than this, squared, are in one pose, as far as a region is concerned."""
+"""Squared distance below which two anchors count as the same pose of a region."""
 
 
 def fit(
@@ -52,37 +51,39 @@ def fit(
     materials: Sequence[Dataset] = (),
     progress: Progress | None = None,
 ) -> AnimatorAgentDress:
-    """Fit AgentDress to the anchors of a dataset.
+    """Fits AgentDress to the anchors of a dataset.
 
     Args:
-        dataset: What `hemline drape --anchors` made.
+        dataset: A dataset made by `hemline drape --anchors`.
         config: Options.
-        materials: The same garment of other materials, in some of the poses: what `hemline drape --poses-of` made.
-        progress: Called with stage, steps done and steps in all.
+        materials: The same garment in other materials and some of the poses, made by `hemline drape --poses-of`.
+        progress: Called with the stage, steps done and total steps.
 
     Returns:
         The animator.
 
     Raises:
-        BadBody: The body that the garment was made on is not there.
-        BadDataset: The dataset holds no such anchors, or none with derivatives where rigging is asked for, or its
-            anchors were made on another body; or as `MaterialChanges.of`.
-        BadInput: Options that know nothing of materials, with such.
+        BadBody: The body of the garment does not exist.
+        BadDataset: The dataset holds no anchors, or none with derivatives for rigging, or anchors on another body; see
+            also `MaterialChanges.of`.
+        BadInput: The options do not support the given materials.
 
     Warns:
-        HemlineWarning: The garment is too loose or too tight for the method, or the anchors are few; with the error to
-            expect.
+        HemlineWarning: The garment is too loose or too tight for the method, or there are few anchors. The warning
+            names the error to expect.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021.
         Differs: see `README.md`.
     """
-    config, tell = config or AgentDressConfig(), progress or (lambda stage, done, total: None)
-    tell("anchors", 0, 1)
+    config, report = config or AgentDressConfig(), progress or (lambda stage, done, total: None)
+    report("anchors", 0, 1)
     if materials and not config.by_kernels:
         cure = "leave --pose-model and --shape-model out, or name one dataset"
-        raise BadInput("materials are told by kernels alone", f"{config.pose_model}, {config.shape_model}", cure)
-    for each in (dataset, *materials):
-        _check_body(each)
+        raise BadInput(
+            "other materials need kernels as pose and shape model", f"{config.pose_model}, {config.shape_model}", cure
+        )
+    for data in (dataset, *materials):
+        _check_body(data)
     if materials and all(not np.any(row.betas) for row in dataset.anchors()):
         cure = "name the one that 'hemline drape --anchors' made first, those of other materials after it"
         raise BadDataset(
@@ -90,26 +91,26 @@ def fit(
         )
     rows = rows_with_derivatives(dataset) if config.pose_model == "sor" else []
     anchors = AnchorSet.of(dataset, config)
-    tell("anchors", 1, 1)
+    report("anchors", 1, 1)
     others = MaterialChanges.of(dataset.garment, anchors, materials) if materials else None
-    model = fit_anchors(dataset.garment, anchors, config, materials=others, progress=tell)
+    model = fit_anchors(dataset.garment, anchors, config, materials=others, progress=report)
     if rows:
-        model = with_rigging(RiggedAnchors.search(dataset, rows, model, anchors, tell))
+        model = with_rigging(RiggedAnchors.search(dataset, rows, model, anchors, report))
     figures = dict(model.figures) | fit_quality(dataset, anchors)
     warn_of_poor_fit(dataset.garment.name, figures, config)
     return replace(model, figures=figures, licences=_licences((dataset, *materials)))
 
 
 def _licences(data: Sequence[Dataset]) -> tuple[str, ...]:
-    """Terms of body, garment and motions, as far as the anchors tell which these are."""
+    """Returns the licence terms of body, garment and motions, as far as the takes name them."""
     garment = data[0].garment
     motions = {take_metadata(each.path(row.name))["motion"]["licence"] for each in data for row in each.anchors()}
-    return as_stated((bodies.load(garment.body_name).licence, *garment_terms(garment), *sorted(motions)))
+    return as_stated((data[0].body.licence, *garment_terms(garment), *sorted(motions)))
 
 
 def _check_body(dataset: Dataset) -> None:
-    """Refuse anchors that were made on another body than the one that has the name now."""
-    body = bodies.load(dataset.garment.body_name)
+    """Refuses anchors that were made on another body of the same name."""
+    body = dataset.body
     for row in dataset.anchors():
         made_on = take_metadata(dataset.path(row.name))["inputs"].get("body", body.hash)
         if made_on != body.hash:
@@ -129,30 +130,30 @@ def fit_anchors(
     scale: Float[np.ndarray, "betas betas"] | None = None,
     progress: Progress,
 ) -> AnimatorAgentDress:
-    """Fit AgentDress to anchors that were read, with a kernel as pose model; see `fit`.
+    """Fits AgentDress to an `AnchorSet`, with a kernel as pose model; see `fit`.
 
     Args:
         garment: The garment.
-        anchors: How it lies in each anchor.
+        anchors: Its anchors.
         config: Options.
-        materials: What other materials change.
-        scale: What betas are multiplied by before bodies are compared; left out: `shape_scale`.
-        progress: Called with stage, steps done and steps in all.
+        materials: Changes in other materials.
+        scale: Matrix by which betas are multiplied before bodies are compared; `shape_scale` if omitted.
+        progress: Called with the stage, steps done and total steps.
     """
-    body, binding, tell = bodies.load(garment.body_name), anchors.binding, progress
+    body, binding, report = anchors.body, anchors.binding, progress
     shaped = body.shaped(garment.body_betas)
     regions = region_weights(binding)
     axes = _axes(regions, anchors.sensitivity[1], anchors.rotations)
-    tell("pose model", 0, 1)
-    image = mirror_image(garment) if config.mirror and config.by_kernels else None
+    report("pose model", 0, 1)
+    image = mirror_image(garment, body) if config.mirror and config.by_kernels else None
     pose = best_pose_fit(anchors, image, axes, regions, config)
     if image is not None:
         materials = materials and add_mirrored_changes(materials, image)
-    tell("pose model", 1, 1)
-    tell("shapes", 0, 1)
+    report("pose model", 1, 1)
+    report("shapes", 0, 1)
     scale = shape_scale(shaped, binding.nearest) if scale is None else scale
-    shapes = fit_shapes(pose.given, pose.distances, scale, regions, config, materials)
-    tell("shapes", 1, 1)
+    shapes = fit_shapes(pose.anchors, pose.distances, scale, regions, config, materials)
+    report("shapes", 1, 1)
     deviations = np.concatenate([deviations_of(pose.outputs), shapes.deviations])
     tables = Tables(
         indices=binding.indices,
@@ -169,7 +170,7 @@ def fit_anchors(
         shapes=shapes.samples.in_half_precision(),
         clearances=_clearances(anchors, shaped, config.clearance),
     )
-    of_shapes = shape_figures(anchors, config)
+    errors_of_shapes = shape_figures(anchors, config)
     figures = (
         {
             "anchors": float(len(anchors.rotations)),
@@ -181,10 +182,10 @@ def fit_anchors(
             "pose_left_out_mm": pose.leave_one_out_mm,
             "pose_left_out_skinned_mm": _mean_baseline_mm(pose.offsets),
             "pose_basis_mm": _residual_mm(pose.offsets - pose.mean, pose.basis),
-            # for a pose and a shape that are both new
-            "error_to_expect_mm": pose.leave_one_out_mm + of_shapes["shape_left_out_mm"],
+            # for a new pose on a new shape
+            "error_to_expect_mm": pose.leave_one_out_mm + errors_of_shapes["shape_left_out_mm"],
         }
-        | of_shapes
+        | errors_of_shapes
         | dict(shapes.figures)
     )
     return AnimatorAgentDress(
@@ -207,51 +208,51 @@ def _axes(
     sensitivity: Float[np.ndarray, "verts joints 3"],
     rotations: Float[np.ndarray, "anchors joints 4"],
 ) -> Float[np.ndarray, "regions axes"]:
-    r"""What the axes of the joints count for in each region, scaled: the median squared distance of anchors is 1.
+    r"""Returns the weights of the joint axes in each region, scaled to a median squared distance of 1 between anchors.
 
-    Where fewer than half of them differ in a region it is their mean, and where none do nothing is scaled.
+    If fewer than half of the anchors differ in a region, their mean is 1; if none do, the weights are not scaled.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        Eq. 7, $Q_{g,m} = \sum_y w_{g,y} |\bar\delta_{y,m}|^2$. Differs: of the sensitivity less what the skin under the
-        cloth does, which skinning adds anyway; with all of it a joint far away counts by its lever arm. And
-        $Q^{3/4}$: with Q itself a few joints decide, with its root the others blur it.
+        Eq. 7, $Q_{g,m} = \sum_y w_{g,y} |\bar\delta_{y,m}|^2$. Differs: the sensitivity is relative to the skin under
+        the cloth, which skinning moves anyway; otherwise distant joints count by their lever arm. $Q^{3/4}$ replaces
+        Q, with which a few joints dominate, and its root, with which all joints blur the distance.
     """
     influence = np.einsum("vg,vja->gja", regions, sensitivity**2) ** SENSITIVITY_POWER
     weights = axis_weights(influence)
     distances = region_distances(axes_between(rotations, rotations), weights)
-    apart = distances.transpose(1, 0, 2)[:, ~np.eye(len(rotations), dtype=bool)]
-    scale = np.median(apart, axis=1)
-    scale = np.where(scale > LEAST_DISTANCE, scale, apart.mean(axis=1))
+    pairs = distances.transpose(1, 0, 2)[:, ~np.eye(len(rotations), dtype=bool)]
+    scale = np.median(pairs, axis=1)
+    scale = np.where(scale > LEAST_DISTANCE, scale, pairs.mean(axis=1))
     return weights / np.where(scale > LEAST_DISTANCE, scale, 1.0)[:, None]
 
 
 def _round_to_half(values: np.ndarray) -> np.ndarray:
-    """As a model file keeps them."""
+    """Rounds to half precision, as a model file stores the values."""
     return values.astype(np.float16).astype(np.float32)
 
 
 def _mean_baseline_mm(offsets: np.ndarray) -> float:
-    """What the mean of the others, skinned, misses: the baseline."""
+    """Returns the leave-one-out error of the skinned mean garment, a baseline [mm]."""
     count = len(offsets)
-    away = (offsets - offsets.mean(axis=0)) * count / (count - 1)
-    return 1e3 * float(np.linalg.norm(away.reshape(count, -1, 3), axis=2).mean())
+    errors = (offsets - offsets.mean(axis=0)) * count / (count - 1)
+    return 1e3 * float(np.linalg.norm(errors.reshape(count, -1, 3), axis=2).mean())
 
 
 def _residual_mm(rows: np.ndarray, basis: np.ndarray) -> float:
-    left = rows - (rows @ basis.T) @ basis
-    return 1e3 * float(np.linalg.norm(left.reshape(len(rows), -1, 3), axis=2).mean())
+    residual = rows - (rows @ basis.T) @ basis
+    return 1e3 * float(np.linalg.norm(residual.reshape(len(rows), -1, 3), axis=2).mean())
 
 
-def _clearances(anchors: AnchorSet, shaped: ShapedBody, most: float) -> Float[np.ndarray, " verts"]:
-    r"""$d_0 = \min(h_0, \epsilon_p)$, the least over the anchors of a vertex' height over the skin, which is 0 or more.
+def _clearances(anchors: AnchorSet, shaped: ShapedBody, largest: float) -> Float[np.ndarray, " verts"]:
+    r"""Returns $d_0 = \min(h_0, \epsilon_p)$ of each vertex, where $h_0 \ge 0$ is its least height above the skin.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        Eq. 10. Differs: one value a vertex, measured in the rest pose, where all anchors are laid side by side; with
-        one an anchor, what holds cloth off in one would have to be known of the next.
+        Eq. 10. Differs: one value per vertex for all anchors, taken as a low percentile over the anchors in the rest
+        pose.
     """
     nearest = anchors.binding.nearest
-    if most == 0:
+    if largest == 0:
         return np.full(len(nearest), NO_CLEARANCE, np.float32)
-    laid = anchors.rest.mean.reshape(-1, 3) + anchors.offsets[:, 0]
-    height = np.einsum("avi,vi->av", laid - shaped.vertices[nearest], shaped.normals[nearest])
-    return np.clip(np.percentile(height, 10, axis=0), 0.0, most).astype(np.float32)
+    garments = anchors.rest.mean.reshape(-1, 3) + anchors.offsets[:, 0]
+    height = np.einsum("avi,vi->av", garments - shaped.vertices[nearest], shaped.normals[nearest])
+    return np.clip(np.percentile(height, 10, axis=0), 0.0, largest).astype(np.float32)

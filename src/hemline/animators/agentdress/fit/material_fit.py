@@ -1,4 +1,4 @@
-"""From a garment that was settled in other materials, too, to what a material adds in any pose."""
+"""The fit of material effects to a garment that was draped in several materials."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +6,6 @@ from typing import Self
 
 import numpy as np
 
-from hemline import bodies
 from hemline.animators.agentdress.materials import Materials, material_coordinates
 from hemline.animators.agentdress.shape_samples import ShapeSamples
 from hemline.arrays import Float, Int
@@ -22,14 +21,14 @@ from .shape_kernel import ShapeChanges, best_shape_kernel
 
 @dataclass(frozen=True)
 class MaterialChanges:
-    """What other materials change on the mean shape.
+    """Changes of the garment on the mean shape in other materials.
 
     Attributes:
         own: The material of the fit.
-        known: Names of the others.
-        poses: In which pose of the fit each garment was settled, rising.
-        where: Its material, see `coordinates`.
-        added: What it adds to the garment of the fit, in turned frames [m].
+        known: Names of the other materials.
+        poses: Pose of the fit in which each garment was draped, ascending.
+        coordinates: Material of each garment, see `material_coordinates`.
+        added: Change from the garment of the fit, in rotated vertex frames [m].
     """
 
     own: Material
@@ -40,21 +39,21 @@ class MaterialChanges:
 
     @classmethod
     def of(cls, garment: Garment, anchors: AnchorSet, others: Sequence[Dataset]) -> Self:
-        """Read them.
+        """Reads the changes from datasets of other materials.
 
         Args:
-            garment: That of the fit.
-            anchors: How it lies in each pose.
-            others: Datasets of the same garment, each of another material.
+            garment: The garment of the fit.
+            anchors: Its anchors.
+            others: Datasets of the same garment, each in another material.
 
         Raises:
-            BadDataset: Another garment; or one was settled in no pose of the fit.
+            BadDataset: A dataset has another garment, or no pose of the fit.
         """
         rotations = np.concatenate([anchors.rotations, anchors.single_rotations])
-        worn = np.concatenate([anchors.offsets[:, 0], anchors.single_offsets]).reshape(len(rotations), -1)
+        offsets = np.concatenate([anchors.offsets[:, 0], anchors.single_offsets]).reshape(len(rotations), -1)
         rest = anchors.rest.mean.reshape(-1, 3)
         poses: list[int] = []
-        where: list[np.ndarray] = []
+        positions: list[np.ndarray] = []
         added: list[np.ndarray] = []
         for dataset in others:
             if dataset.garment.in_material(garment.material).hash != garment.hash:
@@ -62,23 +61,23 @@ class MaterialChanges:
                 cure = "name datasets of one garment: of its own material first, then of others"
                 raise BadDataset(f"AgentDress is fitted to one garment, '{garment.name}'", got, cure)
             rows = [row for row in dataset.anchors() if not np.any(row.betas)]
-            settled = SettledGarments.of(bodies.load(garment.body_name).shaped(), [dataset.take(row) for row in rows])
-            apart = np.abs(rotations[:, None] - settled.rotations).max(axis=(2, 3), initial=0)
-            known = np.flatnonzero((apart == 0).any(axis=0))
+            settled = SettledGarments.of(dataset.body.shaped(), [dataset.take(row) for row in rows])
+            distances = np.abs(rotations[:, None] - settled.rotations).max(axis=(2, 3), initial=0)
+            known = np.flatnonzero((distances == 0).any(axis=0))
             if not len(known):
                 cure = "make them with 'hemline drape --material NAME --poses-of' the first dataset"
                 raise BadDataset(f"{dataset.folder} has no pose of the fit", f"{len(rows)} others", cure)
-            lying = settled.offsets(anchors.binding, rest).reshape(len(rows), -1)[known]
-            here = apart[:, known].argmin(axis=0)
-            poses += here.tolist()
-            where += [material_coordinates(dataset.garment.material, garment.material)] * len(here)
-            added += list(lying - worn[here])
+            of_material = settled.offsets(anchors.binding, rest).reshape(len(rows), -1)[known]
+            indices = distances[:, known].argmin(axis=0)
+            poses += indices.tolist()
+            positions += [material_coordinates(dataset.garment.material, garment.material)] * len(indices)
+            added += list(of_material - offsets[indices])
         order = np.argsort(poses, kind="stable")
         return cls(
             garment.material,
-            tuple(each.garment.material.name for each in others),
+            tuple(data.garment.material.name for data in others),
             np.array(poses)[order],
-            np.array(where, np.float64)[order],
+            np.array(positions, np.float64)[order],
             np.array(added, np.float64)[order],
         )
 
@@ -87,33 +86,33 @@ def fit_materials(
     changes: MaterialChanges,
     outputs: Float[np.ndarray, "samples modes"],
     distances: Float[np.ndarray, "poses regions poses"],
-    together: Int[np.ndarray, " poses"],
+    groups: Int[np.ndarray, " poses"],
     basis: Float[np.ndarray, "modes rows"],
     regions: Float[np.ndarray, "verts regions"],
 ) -> tuple[Materials, dict[str, float]]:
-    """What a material adds, as it is played; and what the fit reached.
+    """Fits the effect of materials; returns it with the figures of the fit.
 
     Args:
-        changes: What is learned from.
-        outputs: The same, as coefficients of the basis [m].
-        distances: Between all poses, squared, in each region.
-        together: Poses that are left out together, see `AnchorSet.together`.
-        basis: Directions of the garment, one a row.
-        regions: Share of each region in each vertex.
+        changes: Changes in other materials.
+        outputs: These changes as coefficients of the basis [m].
+        distances: Squared distances between all poses, per region.
+        groups: Poses that are left out together, see `AnchorSet.groups`.
+        basis: Modes of the garment, one per row.
+        regions: Weight of each region at each vertex.
     """
-    given = ShapeChanges(changes.poses, changes.coordinates, outputs, together[changes.poses])
-    found, missed_mm = best_shape_kernel(distances, given, basis, regions)
+    training = ShapeChanges(changes.poses, changes.coordinates, outputs, groups[changes.poses])
+    best, error_mm = best_shape_kernel(distances, training, basis, regions)
     samples = ShapeSamples(
         changes.poses.astype(np.int32),
         changes.coordinates.astype(np.float32),
-        found.weights.astype(np.float32),
+        best.weights.astype(np.float32),
         np.eye(changes.coordinates.shape[1], dtype=np.float32),
     )
     figures = {
         "materials": float(len(changes.known)),
-        "material_kernel_width": found.width,
-        "material_kernel_ridge": found.ridge,
-        "material_change_left_out_mm": missed_mm,
+        "material_kernel_width": best.width,
+        "material_kernel_ridge": best.ridge,
+        "material_change_left_out_mm": error_mm,
         "material_change_mm": 1e3 * float(np.linalg.norm(changes.added.reshape(len(outputs), -1, 3), axis=2).mean()),
     }
-    return Materials(changes.own, changes.known, samples, found.width), figures
+    return Materials(changes.own, changes.known, samples, best.width), figures

@@ -1,24 +1,23 @@
-"""Settled garments a second time, left and right exchanged: twice the drapes of a symmetric garment for nothing."""
+"""Mirror images of settled garments, which double the training data of a symmetric garment at no cost."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from hemline import bodies
 from hemline.arrays import Int
+from hemline.bodies import Body
 from hemline.garments.garment import Garment
-from hemline.learning.mirror import MirrorImage, is_symmetric, mirrored_rotations
+from hemline.learning.mirror import MirrorImage, is_symmetric, mirror_rotations
 
 from .anchor_set import AnchorSet
 from .material_fit import MaterialChanges
 
 
-def mirror_image(garment: Garment) -> MirrorImage | None:
-    """Of a garment as it was made; None where it, or the body of one of its shapes, is not symmetric.
+def mirror_image(garment: Garment, body: Body) -> MirrorImage | None:
+    """Returns the mirror image of a garment; None if the garment or the body, in any shape, is not symmetric.
 
-    As it was made, and not as it settled, where it may have slipped to one side.
+    The image is taken of the garment as made, since a settled garment may have slipped to one side.
     """
-    body = bodies.load(garment.body_name)
     shapes = [(), *np.eye(len(body.shapedirs))]
     if not all(is_symmetric(body.shaped(shape)) for shape in shapes):
         return None
@@ -26,37 +25,37 @@ def mirror_image(garment: Garment) -> MirrorImage | None:
 
 
 def add_mirror_images(anchors: AnchorSet, image: MirrorImage, *, rest_too: bool) -> AnchorSet:
-    """Each pose followed by its mirror image: that of pose p, now 2 p, is 2 p + 1.
+    """Inserts the mirror image of each pose after it: pose p becomes 2 p, its image 2 p + 1.
 
-    A body in a mirror has the same betas.
+    A mirrored body has the same betas.
 
     Args:
-        anchors: As they were settled.
-        image: Of the garment.
-        rest_too: Whether garments are mirrored as they lie. Else it is how they lie beside their rest: what that, by
-            its cut or its mesh, has of its own on either side stays there.
+        anchors: The anchors.
+        image: Mirror image of the garment.
+        rest_too: Whether whole garments are mirrored. Otherwise only their offsets from the rest garment are, and an
+            asymmetry of the rest garment, from its cut or its mesh, stays.
     """
     poses, rest = _image_poses(anchors.other_poses), anchors.rest.mean.reshape(-1, 3)
-    order, aside = np.argsort(poses, kind="stable"), np.float32(rest_too) * (image.of(rest) - rest).astype(np.float32)
+    order, shift = np.argsort(poses, kind="stable"), np.float32(rest_too) * (image.of(rest) - rest).astype(np.float32)
     return replace(
         anchors,
-        rotations=_interleave(anchors.rotations, mirrored_rotations(anchors.rotations)),
-        offsets=_interleave(anchors.offsets, _mirror(anchors.offsets, image) + aside),
-        single_rotations=_interleave(anchors.single_rotations, mirrored_rotations(anchors.single_rotations)),
-        single_offsets=_interleave(anchors.single_offsets, _mirror(anchors.single_offsets, image) + aside),
+        rotations=_interleave(anchors.rotations, mirror_rotations(anchors.rotations)),
+        offsets=_interleave(anchors.offsets, _mirror(anchors.offsets, image) + shift),
+        single_rotations=_interleave(anchors.single_rotations, mirror_rotations(anchors.single_rotations)),
+        single_offsets=_interleave(anchors.single_offsets, _mirror(anchors.single_offsets, image) + shift),
         other_poses=poses[order],
         other_betas=np.repeat(anchors.other_betas, 2, axis=0)[order],
-        other_offsets=_interleave(anchors.other_offsets, _mirror(anchors.other_offsets, image) + aside)[order],
-        together=np.repeat(anchors.groups, 2),
+        other_offsets=_interleave(anchors.other_offsets, _mirror(anchors.other_offsets, image) + shift)[order],
+        groups=np.repeat(anchors.groups, 2),
     )
 
 
 def add_mirrored_changes(changes: MaterialChanges, image: MirrorImage) -> MaterialChanges:
-    """The same of what other materials change.
+    """Inserts the mirror image of each change in another material.
 
     Args:
-        changes: In poses of anchors before `add_mirror_images`.
-        image: Of the garment.
+        changes: Changes in poses of anchors before `add_mirror_images`.
+        image: Mirror image of the garment.
     """
     poses = _image_poses(changes.poses)
     order = np.argsort(poses, kind="stable")
@@ -74,7 +73,7 @@ def _image_poses(poses: Int[np.ndarray, " samples"]) -> Int[np.ndarray, " twice"
 
 
 def _interleave(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Rows of both in turn."""
+    """Alternates the rows of two arrays."""
     return np.stack([one, other], axis=1).reshape(-1, *one.shape[1:])
 
 

@@ -1,4 +1,4 @@
-"""The pose model fitted to the garments on the mean shape, and to their mirror images."""
+"""The fit of the pose model to the garments on the mean shape and their mirror images."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -19,21 +19,21 @@ from .mirror_images import add_mirror_images
 
 @dataclass(frozen=True)
 class PoseModelFit:
-    """What poses add on the mean shape.
+    """The effect of poses on the mean shape.
 
     Attributes:
-        given: What it is fitted to.
-        rotations: Of all its poses.
-        distances: Between them, squared, in each region.
-        offsets: The garment in each [m].
-        mean: Of the offsets.
-        basis: Their principal directions, one a row.
-        outputs: What is added to the mean, as coefficients of the basis [m].
-        fit: The regression from poses to them.
-        left_out_mm: What it misses of poses that are left out [mm].
+        anchors: The training data.
+        rotations: All poses of the training data.
+        distances: Squared distances between these poses, per region.
+        offsets: Offsets of the garment from the skinned one in each pose [m].
+        mean: Mean of the offsets.
+        basis: Principal directions of the offsets, one per row.
+        outputs: Offsets from the mean, as coefficients of the basis [m].
+        fit: Regression from poses to these coefficients.
+        leave_one_out_mm: Leave-one-out error of the regression [mm].
     """
 
-    given: AnchorSet
+    anchors: AnchorSet
     rotations: Float[np.ndarray, "poses joints 4"]
     distances: Float[np.ndarray, "poses regions poses"]
     offsets: Float[np.ndarray, "poses rows"]
@@ -46,21 +46,21 @@ class PoseModelFit:
     @classmethod
     def search(
         cls,
-        given: AnchorSet,
+        anchors: AnchorSet,
         axes: Float[np.ndarray, "regions axes"],
         regions: Float[np.ndarray, "verts regions"],
         config: AgentDressConfig,
     ) -> Self:
-        """By the width and ridge that miss least of poses that are left out.
+        """Fits the regression with the width and ridge of least leave-one-out error.
 
         Args:
-            given: What is learned from.
-            axes: What the axes of the joints count for in each region.
-            regions: Share of each region in each vertex.
+            anchors: The training data.
+            axes: Weights of the joint axes in each region.
+            regions: Weight of each region at each vertex.
             config: Options.
         """
-        rotations = np.concatenate([given.rotations, given.single_rotations])
-        offsets = np.concatenate([given.offsets[:, 0], given.single_offsets])
+        rotations = np.concatenate([anchors.rotations, anchors.single_rotations])
+        offsets = np.concatenate([anchors.offsets[:, 0], anchors.single_offsets])
         offsets = offsets.reshape(len(rotations), -1).astype(np.float64)
         mean = offsets.mean(axis=0)
         basis, outputs = principal_of_rows(offsets - mean, config.pose_modes)
@@ -68,12 +68,12 @@ class PoseModelFit:
         best: tuple[float, PoseFit] | None = None
         for width in POSE_WIDTHS:
             for ridge in POSE_RIDGES:
-                found = fit_kernel(distances, outputs, given.groups, width=width, ridge=ridge)
-                missed = leave_one_out_mm(found.leave_one_out, basis, regions)
-                if best is None or missed < best[0]:
-                    best = missed, found
+                candidate = fit_kernel(distances, outputs, anchors.groups, width=width, ridge=ridge)
+                error_mm = leave_one_out_mm(candidate.leave_one_out, basis, regions)
+                if best is None or error_mm < best[0]:
+                    best = error_mm, candidate
         assert best is not None
-        return cls(given, rotations, distances, offsets, mean, basis, outputs, best[1], best[0])
+        return cls(anchors, rotations, distances, offsets, mean, basis, outputs, best[1], best[0])
 
 
 def best_pose_fit(
@@ -83,17 +83,17 @@ def best_pose_fit(
     regions: Float[np.ndarray, "verts regions"],
     config: AgentDressConfig,
 ) -> PoseModelFit:
-    """Of the two ways to mirror a garment, the one that misses less of poses that are left out.
+    """Fits the pose model with both ways to mirror a garment, and returns the fit of less leave-one-out error.
 
     Args:
-        anchors: How the garment lies in each pose.
-        image: Of the garment; None: nothing is mirrored.
-        axes: What the axes of the joints count for in each region.
-        regions: Share of each region in each vertex.
+        anchors: The anchors.
+        image: Mirror image of the garment; None: nothing is mirrored.
+        axes: Weights of the joint axes in each region.
+        regions: Weight of each region at each vertex.
         config: Options.
     """
-    ways = [anchors]
+    variants = [anchors]
     if image is not None:
-        ways = [add_mirror_images(anchors, image, rest_too=way) for way in (False, True)]
-    found = [PoseModelFit.search(each, axes, regions, config) for each in ways]
-    return min(found, key=lambda each: each.leave_one_out_mm)
+        variants = [add_mirror_images(anchors, image, rest_too=rest_too) for rest_too in (False, True)]
+    fits = [PoseModelFit.search(variant, axes, regions, config) for variant in variants]
+    return min(fits, key=lambda each: each.leave_one_out_mm)

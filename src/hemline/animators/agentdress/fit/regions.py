@@ -1,4 +1,4 @@
-"""Regions of a garment: each has its own nearest anchors, so that an arm does not choose for a leg."""
+"""Regions of a garment, each with its own distances to the anchors, so that arms do not affect legs."""
 
 import numpy as np
 
@@ -18,24 +18,25 @@ REGIONS = (
     ("left_knee", "left_ankle", "left_foot"),
     ("right_knee", "right_ankle", "right_foot"),
 )
-"""Bones of each region. One list serves tops and trousers: a region that a garment does not reach has no weight.
+"""Bones of each region, for tops and trousers alike: a region outside a garment has no weight.
 
 Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-    section 3.4 and Fig. 4, seven regions by hand. Differs: ten, of which a shirt uses seven or eight.
+    section 3.4 and Fig. 4, with seven hand-made regions. Differs: ten regions, of which a shirt uses seven or eight.
 """
 
 LEAST_REGION_FRACTION = 0.01
-"""A region with less than this share of the garment is left out."""
+"""A region with less than this fraction of the garment is dropped."""
 
 
 def region_weights(binding: Binding) -> Float[np.ndarray, "verts regions"]:
-    r"""$w_{g,y}$: the share of each region in each vertex, by its bones; regions that hardly touch the garment are left
-    out, and what remains sums to 1.
+    r"""Returns $w_{g,y}$, the weight of each region at each vertex, from its bones; rows sum to 1.
+
+    Regions that hardly touch the garment are dropped.
     """
-    of_bone = np.zeros((JOINT_COUNT, len(REGIONS)))
+    membership = np.zeros((JOINT_COUNT, len(REGIONS)))
     for region, names in enumerate(REGIONS):
-        of_bone[[JOINT_NAMES.index(name) for name in names], region] = 1.0
-    shares = binding.dense_weights() @ of_bone
-    shares = shares[:, shares.mean(axis=0) >= LEAST_REGION_FRACTION]
-    total = shares.sum(axis=1, keepdims=True)
-    return np.where(total > 1e-6, shares / np.maximum(total, 1e-6), 1.0 / shares.shape[1])
+        membership[[JOINT_NAMES.index(name) for name in names], region] = 1.0
+    weights = binding.dense_weights() @ membership
+    weights = weights[:, weights.mean(axis=0) >= LEAST_REGION_FRACTION]
+    total = weights.sum(axis=1, keepdims=True)
+    return np.where(total > 1e-6, weights / np.maximum(total, 1e-6), 1.0 / weights.shape[1])

@@ -1,4 +1,4 @@
-"""A model that plays rigged anchors as its pose model."""
+"""Models whose pose model consists of rigged anchors."""
 
 from dataclasses import replace
 
@@ -11,13 +11,13 @@ from hemline.learning.packed_basis import PackedBasis
 from .rigged_anchors import RiggedAnchors
 
 KERNEL_FIGURES = ("kernel_width", "kernel_ridge", "pose_basis_mm")
-"""Figures that only a fit with a kernel as pose model has."""
+"""Figures of a fit whose pose model is a kernel."""
 
 
 def with_rigging(rigged: RiggedAnchors) -> AnimatorAgentDress:
-    """The model of rigged anchors with them as pose model, in the place of its own.
+    """Replaces the pose model of the model of rigged anchors by these anchors.
 
-    Of other poses it holds those in which shapes were settled.
+    The result keeps only those other poses in which several shapes were draped.
 
     Args:
         rigged: The anchors.
@@ -25,12 +25,12 @@ def with_rigging(rigged: RiggedAnchors) -> AnimatorAgentDress:
     model, tables = rigged.model, rigged.model.tables
     count, modes = tables.shapes.pose_count, tables.pose_weights.shape[2]
     rotations = rigged.rotations.astype(np.float32)
-    apart = np.abs(tables.rotations[:count, None] - rotations).max(axis=(2, 3))
-    known = apart.min(axis=0) == 0
-    poses = np.where(known, apart.argmin(axis=0), count - 1 + np.cumsum(~known))
+    differences = np.abs(tables.rotations[:count, None] - rotations).max(axis=(2, 3))
+    known = differences.min(axis=0) == 0
+    poses = np.where(known, differences.argmin(axis=0), count - 1 + np.cumsum(~known))
     rotations = np.concatenate([tables.rotations[:count], rotations[~known]])
-    basis, shaping = tables.basis, tables.basis.modes >= modes
-    digits, scales = np.ascontiguousarray(basis.digits[:, shaping]), basis.scales[shaping]
+    basis, of_shape = tables.basis, tables.basis.modes >= modes
+    digits, scales = np.ascontiguousarray(basis.digits[:, of_shape]), basis.scales[of_shape]
     figures = {name: value for name, value in model.figures.items() if name not in KERNEL_FIGURES} | {
         "poses": float(len(rotations)),
         "rigged": float(len(poses)),
@@ -43,7 +43,7 @@ def with_rigging(rigged: RiggedAnchors) -> AnimatorAgentDress:
         tables=replace(
             tables,
             rotations=rotations,
-            basis=PackedBasis(digits, scales, basis.modes[shaping] - np.int32(modes)),
+            basis=PackedBasis(digits, scales, basis.modes[of_shape] - np.int32(modes)),
             pose_weights=np.zeros((tables.regions.shape[1], len(rotations), 0), np.float32),
             rigged=RiggedTables.pack(rigged.rigging, poses),
         ),

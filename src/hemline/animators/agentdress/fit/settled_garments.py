@@ -1,4 +1,4 @@
-"""Settled garments on one body, and how far they are from what skinning carries along."""
+"""Settled garments on one body, and their offsets from the skinned garment."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from hemline.motions.motion import JOINT_COUNT, Pose
 
 @dataclass(frozen=True)
 class SettledGarments:
-    """Settled garments on one body: rotations and skin transforms of the poses, and what is worn there [m]."""
+    """Settled garments on one body: joint rotations and skin transforms of each pose, and the garment in it [m]."""
 
     rotations: Float[np.ndarray, "poses joints 4"]
     transforms: Float[np.ndarray, "poses joints 3 4"]
@@ -21,6 +21,7 @@ class SettledGarments:
 
     @classmethod
     def of(cls, shaped: ShapedBody, takes: list[Take]) -> "Settled":
+        """Reads the garments of takes on a body."""
         poses: list[Pose] = [take.motion[0] for take in takes]
         return cls(
             np.array([pose.rotations for pose in poses], np.float64).reshape(-1, JOINT_COUNT, 4),
@@ -29,10 +30,12 @@ class SettledGarments:
         )
 
     def fit_rest(self, binding: Binding) -> Float[np.ndarray, " rows"]:
-        """The garment in the rest pose of the body that skinning carries nearest to these [m]."""
+        """Finds the rest garment that, once skinned, is closest to these garments [m]."""
         return binding.fit_rest(self.transforms, self.vertices).ravel()
 
     def offsets(self, binding: Binding, rest: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "poses verts 3"]:
-        """How far each garment is from `rest`, carried along, in the turned frames of its binding [m]."""
-        found = [binding.offsets(t, rest, worn) for t, worn in zip(self.transforms, self.vertices, strict=True)]
-        return np.array(found, np.float32).reshape(-1, *rest.shape)
+        """Returns the offsets of each garment from the skinned `rest`, in rotated vertex frames [m]."""
+        offsets = [
+            binding.offsets(t, rest, vertices) for t, vertices in zip(self.transforms, self.vertices, strict=True)
+        ]
+        return np.array(offsets, np.float32).reshape(-1, *rest.shape)

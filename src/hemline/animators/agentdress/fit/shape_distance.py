@@ -1,4 +1,4 @@
-"""How far apart two bodies are, as far as a garment is concerned."""
+"""The distance between two body shapes as it matters to a garment."""
 
 import numpy as np
 
@@ -6,30 +6,32 @@ from hemline.arrays import Float, Int
 from hemline.bodies.body import ShapedBody
 
 SHAPE_POWER = 0.75
-"""Of how much the betas move the skin, squared and summed; as of the joints in distances between poses."""
+"""Exponent of the summed squared skin motion of the betas, equal to that of joints in distances between poses."""
 
 
 def shape_scale(
     shaped: ShapedBody, nearest: Int[np.ndarray, " verts"], power: float = SHAPE_POWER
 ) -> Float[np.ndarray, "betas betas"]:
-    r"""What betas are multiplied by before bodies are compared: $|S (\beta - \beta')|$ is how far apart they are.
+    r"""Returns the matrix $S$ for which $|S (\beta - \beta')|$ is the distance between two shapes.
 
-    $S^2 \propto M^{3/4}$, $M_{ij} = \sum_v (n_v \cdot d_{i,v}) (n_v \cdot d_{j,v})$, with $d_{i,v}$ how far beta i
-    moves the skin under vertex v of the garment, and $n_v$ its normal. So a beta of the hand tells bodies apart under a
-    glove and not under trousers, and two betas that undo each other leave them alike. The trace of $S^2$ is the number
-    of betas. Where no beta moves that skin, they count alike.
+    $S^2 \propto M^{3/4}$, $M_{ij} = \sum_v (n_v \cdot d_{i,v}) (n_v \cdot d_{j,v})$, where $d_{i,v}$ is the
+    displacement by beta i of the skin under vertex v of the garment, and $n_v$ the normal there. A beta of the hand
+    thus counts under a glove and not under trousers, and two betas that cancel leave bodies alike. The trace of $S^2$
+    is the number of betas. If no beta moves that skin, all betas count alike.
 
     Args:
-        shaped: The body that the garment was made on, whose normals are taken.
-        nearest: Vertex of the body under each of the garment's.
-        power: In the place of 3/4.
+        shaped: The body of the garment, which supplies the normals.
+        nearest: Closest body vertex of each garment vertex.
+        power: Exponent, 3/4 by default.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        Eq. 7, which weighs the turns of joints so. Differs: there shapes are told apart by a regression on betas alone.
+        Eq. 7, which weights the rotations of joints in this way. Differs: the paper applies no distance to shapes.
     """
-    out = np.einsum("bvi,vi->bv", shaped.body.shapedirs[:, nearest].astype(np.float64), shaped.normals[nearest])
-    found, axes = np.linalg.eigh(out @ out.T)
-    if not found.max(initial=0) > 0:
-        return np.eye(len(out))
-    scale = (axes * np.maximum(found, 0) ** (power / 2)) @ axes.T
+    along_normals = np.einsum(
+        "bvi,vi->bv", shaped.body.shapedirs[:, nearest].astype(np.float64), shaped.normals[nearest]
+    )
+    values, axes = np.linalg.eigh(along_normals @ along_normals.T)
+    if not values.max(initial=0) > 0:
+        return np.eye(len(along_normals))
+    scale = (axes * np.maximum(values, 0) ** (power / 2)) @ axes.T
     return scale * np.sqrt(len(scale) / (scale**2).sum())

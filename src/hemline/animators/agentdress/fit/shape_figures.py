@@ -1,4 +1,4 @@
-"""What shape models miss."""
+"""Errors of the shape models."""
 
 import numpy as np
 
@@ -9,26 +9,26 @@ from .anchor_set import AnchorSet
 
 
 def shape_figures(anchors: AnchorSet, config: AgentDressConfig) -> dict[str, float]:
-    """What the shape models miss of their own garments, and of each shape by a fit to the others [mm]."""
+    """Returns the errors of the shape models on their training garments and in leave-one-out tests [mm]."""
     betas, count = anchors.betas, len(anchors.betas)
     options = {"components": config.shape_components, "ridge": config.shape_ridge}
     rests = anchors.rest.at(betas)
-    own, without, still, explained = [], [], [], []
+    training, validation, baseline, explained = [], [], [], []
     some = anchors.offsets[:: max(1, len(anchors.offsets) // 12)].reshape(-1, count, rests.shape[1])
-    for each in rests + some.astype(np.float64):
-        whole = ShapeModel.fit(each, betas, **options)
-        explained.append(whole.explained)
-        own.append(_distance_mm(whole.at(betas), each))
-        still.append(_distance_mm(np.repeat(each[:1], count, axis=0), each))
+    for garments in rests + some.astype(np.float64):
+        full = ShapeModel.fit(garments, betas, **options)
+        explained.append(full.explained)
+        training.append(_distance_mm(full.at(betas), garments))
+        baseline.append(_distance_mm(np.repeat(garments[:1], count, axis=0), garments))
         for shape in range(count):
             kept = np.arange(count) != shape
-            model = ShapeModel.fit(each[kept], betas[kept], **options)
-            without.append(_distance_mm(model.at(betas[~kept]), each[~kept]))
+            model = ShapeModel.fit(garments[kept], betas[kept], **options)
+            validation.append(_distance_mm(model.at(betas[~kept]), garments[~kept]))
     return {
         "shape_explained_share": float(np.mean(explained)),
-        "shape_fit_mm": float(np.mean(own)),
-        "shape_left_out_mm": float(np.mean(without)),
-        "shape_left_out_mean_mm": float(np.mean(still)),
+        "shape_fit_mm": float(np.mean(training)),
+        "shape_left_out_mm": float(np.mean(validation)),
+        "shape_left_out_mean_mm": float(np.mean(baseline)),
     }
 
 

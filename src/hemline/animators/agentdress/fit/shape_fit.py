@@ -1,4 +1,4 @@
-"""The two ways to say what the shape of the body adds in a pose, fitted to the same anchors into the same tables."""
+"""The two models of the effect of body shape, a kernel and blended anchors, fitted to the same anchors."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,15 +19,15 @@ from .shape_kernel import ShapeChanges, best_shape_kernel
 
 @dataclass(frozen=True)
 class ShapeFit:
-    """What the shape adds, as it is played.
+    """The fitted effect of the body shape.
 
     Attributes:
-        basis: Directions of the garment, one a row.
-        deviations: How large the coefficient of each is, root mean square [m].
-        samples: What each shape adds to each direction, by pose and region.
-        width: Of the kernel over poses; 1 where there is none.
-        figures: What the fit reached.
-        materials: What materials add to each direction, where there are others than that of the fit.
+        basis: Modes of the garment, one per row.
+        deviations: Root mean square coefficient of each mode [m].
+        samples: Effect of each draped shape on each mode, per pose and region.
+        width: Width of the kernel over poses; 1 without a kernel.
+        figures: Figures of the fit.
+        materials: Effect of materials on each mode, if other materials than that of the fit were draped.
     """
 
     basis: Float[np.ndarray, "modes rows"]
@@ -46,15 +46,15 @@ def fit_shapes(
     config: AgentDressConfig,
     materials: MaterialChanges | None = None,
 ) -> ShapeFit:
-    """Fit what the shape adds, in the way that the options name, and what materials do.
+    """Fits the shape model named by the options, and the effect of materials.
 
     Args:
-        anchors: How the garment lies in each pose.
-        distances: Between all poses, the anchors first, squared, in each region.
-        scale: What betas are multiplied by in distances between bodies, see `shape_scale`.
-        regions: Share of each region in each vertex.
-        config: Options; only a `kernel` takes in materials.
-        materials: What other materials change; they share the basis.
+        anchors: The anchors.
+        distances: Squared distances between all poses, anchors first, per region.
+        scale: Matrix by which betas are multiplied in distances between bodies, see `shape_scale`.
+        regions: Weight of each region at each vertex.
+        config: Options; only the `kernel` model supports materials.
+        materials: Changes in other materials, which share the basis.
     """
     if config.shape_model == "blended":
         return _by_anchor(anchors, config)
@@ -62,15 +62,15 @@ def fit_shapes(
 
 
 def shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeModel]:
-    """What the shape does in each anchor, by the paper's model of one (Eq. 5 and 6)."""
+    """Fits the shape model of the paper to each anchor (Eq. 5 and 6)."""
     return [
         ShapeModel.fit(
-            each.reshape(len(each), -1).astype(np.float64),
+            offsets.reshape(len(offsets), -1).astype(np.float64),
             anchors.betas,
             components=config.shape_components,
             ridge=config.shape_ridge,
         )
-        for each in anchors.offsets
+        for offsets in anchors.offsets
     ]
 
 
@@ -82,37 +82,36 @@ def _by_kernel(
     config: AgentDressConfig,
     materials: MaterialChanges | None,
 ) -> ShapeFit:
-    """`shape_kernel`: each region of the garment learns from all bodies."""
+    """Fits the kernel over pose and shape (`shape_kernel`)."""
     poses, betas, changes = anchors.changes()
     rows = changes if materials is None else np.concatenate([changes, materials.added])
-    basis, every = principal_of_rows(rows, config.shape_modes)
-    outputs = every[: len(changes)]
-    known = pad_betas(betas, len(scale))
-    given = ShapeChanges(poses, known @ scale, outputs, anchors.groups[poses])
-    found, missed_mm = best_shape_kernel(distances, given, basis, regions)
+    basis, coefficients = principal_of_rows(rows, config.shape_modes)
+    outputs = coefficients[: len(changes)]
+    padded = pad_betas(betas, len(scale))
+    training = ShapeChanges(poses, padded @ scale, outputs, anchors.groups[poses])
+    best, error_mm = best_shape_kernel(distances, training, basis, regions)
     samples = ShapeSamples(
         poses.astype(np.int32),
-        known.astype(np.float32),
-        found.weights.astype(np.float32),
+        padded.astype(np.float32),
+        best.weights.astype(np.float32),
         scale.astype(np.float32),
     )
     figures = {
-        "shape_kernel_width": found.width,
-        "shape_kernel_ridge": found.ridge,
-        "shape_change_left_out_mm": missed_mm,
+        "shape_kernel_width": best.width,
+        "shape_kernel_ridge": best.ridge,
+        "shape_change_left_out_mm": error_mm,
         "shape_change_mm": 1e3 * float(np.linalg.norm(changes.reshape(len(changes), -1, 3), axis=2).mean()),
     }
-    told = None
+    effects = None
     if materials is not None:
-        told, of_materials = fit_materials(
-            materials, every[len(changes) :], distances, anchors.groups, basis, regions
-        )
-        figures |= of_materials
-    return ShapeFit(basis, deviations_of(every), samples, found.width, figures, told)
+        material_outputs = coefficients[len(changes) :]
+        effects, more = fit_materials(materials, material_outputs, distances, anchors.groups, basis, regions)
+        figures |= more
+    return ShapeFit(basis, deviations_of(coefficients), samples, best.width, figures, effects)
 
 
 def _by_anchor(anchors: AnchorSet, config: AgentDressConfig) -> ShapeFit:
-    """A `ShapeModel` of each anchor, as in the paper."""
+    """Fits a `ShapeModel` to each anchor, as in the paper."""
     models = shape_models(anchors, config)
     basis, outputs = principal_of_rows(np.concatenate([model.effects for model in models]), config.shape_modes)
     deviations = deviations_of(np.concatenate([model.at(anchors.betas) for model in models]) @ basis.T)

@@ -1,7 +1,7 @@
-"""How well a garment suits AgentDress: what a fit measures of it, and what it warns of.
+"""Measures and warnings on how well a garment suits AgentDress.
 
-The method takes the garment along with the skin under it. It is not for garments that hang far from the body (there
-the paper shows poor results, Fig. 13), nor for those that are too tight ("the clothing is a bad fit", section 5).
+The method moves the garment with the skin under it. It is not meant for garments that hang far from the body, for which
+the paper shows poor results (Fig. 13), or for garments that are too tight ("the clothing is a bad fit", section 5).
 """
 
 import warnings
@@ -9,7 +9,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hemline import bodies
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.datasets import Dataset
 from hemline.errors import HemlineWarning
@@ -17,66 +16,66 @@ from hemline.errors import HemlineWarning
 from .anchor_set import AnchorSet
 
 LOOSE_MM = 30.0
-"""Mean distance from the skin beyond which a garment is loose."""
+"""Mean distance from the skin above which a garment is too loose [mm]."""
 
 STRETCHED_PERCENT = 50.0
-"""Stretch of settled edges (99th percentile) beyond which a garment is tight."""
+"""Stretch of settled edges (99th percentile) above which a garment is too tight."""
 
 PINCHED_PERCENT = 2.0
-"""Share of pinched vertices in settled garments beyond which it is tight."""
+"""Percentage of pinched vertices in settled garments above which a garment is too tight."""
 
 
 def fit_quality(dataset: Dataset, anchors: AnchorSet) -> dict[str, float]:
-    """What tells whether a garment is too loose or too tight.
+    """Measures whether a garment is too loose or too tight.
 
     Args:
-        dataset: What `hemline drape --anchors` made.
-        anchors: What was read of it.
+        dataset: A dataset made by `hemline drape --anchors`.
+        anchors: The anchors read from it.
 
     Returns:
-        `skin_distance_mm`: from the settled garment to the nearest vertex of the body, mean over all vertices and
-        anchors on the mean shape. Where the takes hold them: `stretch_percent`, the 99th percentile of the stretch of
-        edges, and `pinched_percent`, vertices that two parts of the body pinch: medians over the anchors on one shape,
-        of the shape where it is most.
+        `skin_distance_mm`: mean distance from the settled garment to the nearest body vertex, over all vertices and
+        anchors on the mean shape. If the takes contain them: `stretch_percent`, the 99th percentile of edge stretch,
+        and `pinched_percent`, the vertices pinched between two parts of the body; both are medians over the anchors of
+        the shape where the median is largest.
     """
     from scipy.spatial import KDTree
 
-    mean = bodies.load(dataset.garment.body_name).shaped()
-    laid = anchors.rest.mean.reshape(-1, 3) + anchors.offsets[:, 0]
-    figures = {"skin_distance_mm": 1e3 * float(KDTree(mean.vertices).query(laid)[0].mean())}
-    for name, held, unit in (
+    mean = dataset.body.shaped()
+    garments = anchors.rest.mean.reshape(-1, 3) + anchors.offsets[:, 0]
+    figures = {"skin_distance_mm": 1e3 * float(KDTree(mean.vertices).query(garments)[0].mean())}
+    for name, key, unit in (
         ("stretch_percent", "edge_tension_p99", 100.0),
-        ("pinched_percent", "pinched", 100.0 / laid.shape[1]),
+        ("pinched_percent", "pinched", 100.0 / garments.shape[1]),
     ):
         by_shape: dict[tuple[float, ...], list[float]] = {}
         for row in dataset.anchors():
-            if held in row.figures:
-                by_shape.setdefault(row.betas, []).append(row.figures[held])
+            if key in row.figures:
+                by_shape.setdefault(row.betas, []).append(row.figures[key])
         if by_shape:
-            figures[name] = unit * max(float(np.median(each)) for each in by_shape.values())
+            figures[name] = unit * max(float(np.median(values)) for values in by_shape.values())
     return figures
 
 
 def warn_of_poor_fit(garment: str, figures: Mapping[str, float], config: AgentDressConfig) -> None:
-    """Warn, in a line each, of a garment that is too loose or too tight, and of few anchors.
+    """Warns of a garment that is too loose or too tight, and of few anchors, with one line each.
 
     Args:
-        garment: Its name.
-        figures: Of the fit, those of `suitability` among them.
+        garment: Name of the garment.
+        figures: Figures of the fit, including those of `fit_quality`.
         config: Options of the fit.
     """
     expected = f"expect errors of about {figures['error_to_expect_mm']:.0f} mm"
-    found = []
+    problems = []
     if figures["skin_distance_mm"] > LOOSE_MM:
-        found.append(
+        problems.append(
             (
                 f"'{garment}' is too loose for AgentDress, which is for garments within {LOOSE_MM:.0f} mm of the skin",
-                f"{figures['skin_distance_mm']:.0f} mm in the mean",
+                f"{figures['skin_distance_mm']:.0f} mm on average",
                 f"{expected}, and no swing, or fit --animator ropes",
             )
         )
     if figures.get("stretch_percent", 0.0) > STRETCHED_PERCENT:
-        found.append(
+        problems.append(
             (
                 f"'{garment}' is too tight: on one of the shapes its settled edges are stretched by more than "
                 f"{STRETCHED_PERCENT:.0f} %",
@@ -85,7 +84,7 @@ def warn_of_poor_fit(garment: str, figures: Mapping[str, float], config: AgentDr
             )
         )
     if figures.get("pinched_percent", 0.0) > PINCHED_PERCENT:
-        found.append(
+        problems.append(
             (
                 f"'{garment}' is pinched between parts of the body, by more than {PINCHED_PERCENT:g} % of its vertices",
                 f"{figures['pinched_percent']:.1f} %",
@@ -93,12 +92,12 @@ def warn_of_poor_fit(garment: str, figures: Mapping[str, float], config: AgentDr
             )
         )
     if figures["anchors"] < config.neighbours:
-        found.append(
+        problems.append(
             (
-                f"a fit needs {config.neighbours} anchors and more to tell what shapes do in other poses",
+                f"a fit needs at least {config.neighbours} anchors to predict the effect of shapes in other poses",
                 f"{figures['anchors']:.0f}",
                 f"{expected}, or drape more with 'hemline drape --anchors'",
             )
         )
-    for each in found:
-        warnings.warn(HemlineWarning(*each), stacklevel=4)
+    for problem in problems:
+        warnings.warn(HemlineWarning(*problem), stacklevel=4)

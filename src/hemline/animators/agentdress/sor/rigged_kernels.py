@@ -1,4 +1,4 @@
-"""What rigged anchors add to skinning in one pose, compiled."""
+"""Compiled kernels for the offsets that rigged anchors predict in one pose."""
 
 import numpy as np
 
@@ -8,43 +8,43 @@ from hemline.compiled import kernel
 _index = np.uintp
 
 WEIGHT_UNIT = np.float32(1 / 255)
-"""A weight of one."""
+"""Size of one quantized step of a skin weight."""
 
 LEAST_BLEND = 1e-4
-"""An anchor that counts for less at a vertex is left out there; what is left is over the sum."""
+"""Anchors with less weight at a vertex are skipped there; the remaining weights are normalised."""
 
 
 @kernel(fastmath={"contract", "nsz"})
-def blend_anchors(earlier, worn, step, bone_indices, bone_weights, regions, blend, t, carried_out):
-    # model: earlier (anchors, joints, 3, 4): skin transforms of the anchors; worn int16 (anchors, verts, 3): the
-    #     garments there, in steps of `step` [m]; bone_indices, bone_weights uint8 (anchors, verts, most_bones), the
+def blend_anchors(earlier, vertices, step, bone_indices, bone_weights, regions, blend, t, carried_out):
+    # model: earlier (anchors, joints, 3, 4): skin transforms of the anchors; vertices int16 (anchors, verts, 3): the
+    #     garments of the anchors, in steps of `step` [m]; bone_indices, bone_weights uint8 (anchors, verts, bones), the
     #     heaviest bone first, a row of weights sums to 255; regions (verts, regions)
-    # in: blend (regions, anchors): what each anchor counts for; t (joints, 3, 4): skin transforms now
-    # out: carried_out (verts, 4): sum of shares times the anchor's garment carried here [m], and the sum of the shares
+    # in: blend (regions, anchors): weight of each anchor; t (joints, 3, 4): skin transforms of the pose
+    # out: carried_out (verts, 4): weighted sum of the anchors' garments skinned into the pose [m], and sum of weights
     # x = sum_s w_s sum_b w_sb A_b A_sb^-1 x_s
     carried_out[:] = 0
     m = np.empty(t.shape, np.float32)
-    for s in range(worn.shape[0]):
+    for s in range(vertices.shape[0]):
         if not blend[:, s].any():
             continue
         for j in range(t.shape[0]):
             for row in range(3):
                 moved = t[j, row, 3]
                 for k in range(3):
-                    turned = np.float32(0)
+                    entry = np.float32(0)
                     for i in range(3):
-                        turned += t[j, row, i] * earlier[s, j, k, i]
-                    m[j, row, k] = turned
-                    moved -= turned * earlier[s, j, k, 3]
+                        entry += t[j, row, i] * earlier[s, j, k, i]
+                    m[j, row, k] = entry
+                    moved -= entry * earlier[s, j, k, 3]
                 m[j, row, 3] = moved
-        for vertex in range(worn.shape[1]):
+        for vertex in range(vertices.shape[1]):
             v = _index(vertex)
-            share = np.float32(0)
+            weight = np.float32(0)
             for g in range(regions.shape[1]):
-                share += regions[v, g] * blend[g, s]
-            if share < LEAST_BLEND:
+                weight += regions[v, g] * blend[g, s]
+            if weight < LEAST_BLEND:
                 continue
-            p0, p1, p2 = step * worn[s, v, 0], step * worn[s, v, 1], step * worn[s, v, 2]
+            p0, p1, p2 = step * vertices[s, v, 0], step * vertices[s, v, 1], step * vertices[s, v, 2]
             x, y, z = np.float32(0), np.float32(0), np.float32(0)
             for i in range(bone_indices.shape[2]):
                 if bone_weights[s, v, i] == 0:
@@ -53,17 +53,17 @@ def blend_anchors(earlier, worn, step, bone_indices, bone_weights, regions, blen
                 x += w * (m[j, 0, 0] * p0 + m[j, 0, 1] * p1 + m[j, 0, 2] * p2 + m[j, 0, 3])
                 y += w * (m[j, 1, 0] * p0 + m[j, 1, 1] * p1 + m[j, 1, 2] * p2 + m[j, 1, 3])
                 z += w * (m[j, 2, 0] * p0 + m[j, 2, 1] * p1 + m[j, 2, 2] * p2 + m[j, 2, 3])
-            told = share * WEIGHT_UNIT
-            carried_out[v, 0] += told * x
-            carried_out[v, 1] += told * y
-            carried_out[v, 2] += told * z
-            carried_out[v, 3] += share
+            scale = weight * WEIGHT_UNIT
+            carried_out[v, 0] += scale * x
+            carried_out[v, 1] += scale * y
+            carried_out[v, 2] += scale * z
+            carried_out[v, 3] += weight
 
 
 @kernel(fastmath={"contract", "nsz"})
 def offsets_from_skinning(indices, weights, rest, t, carried, offset_out):
     # model: indices, weights (verts, influences), the heaviest bone first; rest (verts, 3) [m]
-    # in: t (joints, 3, 4): skin transforms; carried (verts, 4): vertices times their last column, which is that [m]
+    # in: t (joints, 3, 4): skin transforms; carried (verts, 4): see `blend_anchors` [m]
     # out: offset_out (verts, 3): R^T (x - sum_b w_b A_b rest), R of the normalised sum of w_b q_b [m]
     duals = np.empty((t.shape[0], 8), np.float32)
     dual_quaternions(t, duals)
@@ -91,7 +91,7 @@ def offsets_from_skinning(indices, weights, rest, t, carried, offset_out):
             d += w * g3
         scale = np.float32(1) / np.sqrt(a * a + b * b + c * c + d * d)
         a, b, c, d = a * scale, -b * scale, -c * scale, -d * scale
-        # turned back, by (a, q): u + 2 a (q x u) + 2 q x (q x u)
+        # rotated back, by (a, q): u + 2 a (q x u) + 2 q x (q x u)
         e0, e1, e2 = two * (c * u2 - d * u1), two * (d * u0 - b * u2), two * (b * u1 - c * u0)
         offset_out[v, 0] = u0 + a * e0 + c * e2 - d * e1
         offset_out[v, 1] = u1 + a * e1 + d * e0 - b * e2

@@ -1,4 +1,4 @@
-"""Rigged anchors as they are played: the arrays of sensitivity-optimised rigging."""
+"""The arrays of sensitivity-optimised rigging, in the form used for playback."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -16,23 +16,23 @@ from .rigged_kernels import blend_anchors, offsets_from_skinning
 from .rigging import MOST_BONES, Rigging
 
 WEIGHT_SUM = 255
-"""What the weights of a vertex sum to."""
+"""Sum of the quantized skin weights of a vertex."""
 
 MOST_STEPS = 32767
-"""Steps from the middle of a garment to its farthest coordinate."""
+"""Number of quantization steps from the centre of a garment to its farthest coordinate."""
 
 
 @dataclass(frozen=True, eq=False)
 class RiggedTables:
-    """Settled garments of the mean body, each with skin weights of its own: `Rigging` in few bytes.
+    """Settled garments of the mean body, each with its own skin weights: a quantized `Rigging`.
 
     Attributes:
-        poses: Which pose of the model each anchor is in, int32.
-        transforms: Skin transforms there, float32, the middle of the garment taken for the origin of the world.
-        worn: The garment there, from its middle, int16.
-        step: What one is [m], float32.
+        poses: Pose of the model in which each anchor lies, int32.
+        transforms: Skin transforms of the anchors, float32, with the centre of the garment as world origin.
+        worn: Garments of the anchors relative to their centres, in steps, int16.
+        step: Size of a step [m], float32.
         indices: Bones of each vertex, the heaviest one first, uint8.
-        weights: Their weights, uint8; a row sums to 255.
+        weights: Weights of these bones, uint8; a row sums to 255.
     """
 
     poses: Int[np.ndarray, " rigged"]
@@ -44,22 +44,22 @@ class RiggedTables:
 
     @classmethod
     def pack(cls, rigging: Rigging, poses: Int[np.ndarray, " rigged"]) -> Self:
-        """Round a rigging: coordinates to some hundredths of a millimetre, weights to parts of 255.
+        """Quantizes a rigging: coordinates to some hundredths of a millimetre, weights to 1/255.
 
         Args:
-            rigging: At most 8 bones of each vertex have weight.
-            poses: Which pose of the model each anchor is in.
+            rigging: A rigging with at most 8 weighted bones per vertex.
+            poses: Pose of the model in which each anchor lies.
         """
         middle = (rigging.vertices.min(axis=1) + rigging.vertices.max(axis=1)) / 2
-        apart = rigging.vertices - middle[:, None]
-        step = np.float32(np.abs(apart).max() / MOST_STEPS)
+        centred = rigging.vertices - middle[:, None]
+        step = np.float32(np.abs(centred).max() / MOST_STEPS)
         transforms = rigging.transforms.copy()
         transforms[..., 3] -= middle[:, None]
         indices = np.argsort(-rigging.weights, axis=2, kind="stable")[:, :, :MOST_BONES]
         return cls(
             poses.astype(np.int32),
             transforms.astype(np.float32),
-            np.rint(apart / step).clip(-MOST_STEPS, MOST_STEPS).astype(np.int16),
+            np.rint(centred / step).clip(-MOST_STEPS, MOST_STEPS).astype(np.int16),
             np.array([step]),
             indices.astype(np.uint8),
             quantize_weights(np.take_along_axis(rigging.weights, indices, axis=2)),
@@ -73,14 +73,14 @@ class RiggedTables:
         binding: Binding,
         rest: Vertices,
     ) -> Vertices:
-        """What the anchors add to skinning in a pose, in the turned frames of the vertices [m].
+        """Predicts the offsets from the skinned garment in a pose, in rotated vertex frames [m].
 
         Args:
             transforms: Skin transforms of the pose, on the mean shape.
-            blend: What each anchor counts for in each region; rows sum to 1.
-            regions: Share of each region in each vertex.
-            binding: How the garment hangs on the bones.
-            rest: The garment of the mean shape, as skinning carries it [m].
+            blend: Weight of each anchor in each region; rows sum to 1.
+            regions: Weight of each region at each vertex.
+            binding: Skin weights of the garment.
+            rest: The skinned garment of the mean shape [m].
         """
         carried, offset = np.empty((len(rest), 4), np.float32), np.empty((len(rest), 3), np.float32)
         anchors = self.transforms, self.worn, self.step[0], self.indices, self.weights
@@ -89,28 +89,28 @@ class RiggedTables:
         return offset
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What a model file holds."""
+        """Returns the arrays of a model file."""
         return dict(vars(self))
 
     def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> Self:
-        """The same of some of the vertices."""
-        held = {name: np.ascontiguousarray(getattr(self, name)[:, kept]) for name in ("worn", "indices", "weights")}
-        return replace(self, **held)
+        """Returns the tables restricted to some of the vertices."""
+        names = ("worn", "indices", "weights")
+        return replace(self, **{name: np.ascontiguousarray(getattr(self, name)[:, kept]) for name in names})
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, vertices: int, poses: int) -> Self:
-        """Read them back.
+        """Reads the arrays of a model file.
 
         Raises:
-            BadModel: One is missing, of another type or shape than the others ask for, or points nowhere.
+            BadModel: An array is missing, has the wrong type or shape, or contains an index out of range.
         """
         anchors = array_of(arrays, "poses", "int32", (None,))
         count = len(anchors)
         indices = array_of(arrays, "indices", "uint8", (count, vertices, MOST_BONES))
         weights = array_of(arrays, "weights", "uint8", (count, vertices, MOST_BONES))
-        for name, found, limit in (("pose", anchors, poses), ("bone", indices, JOINT_COUNT)):
-            if not (found.size and found.min() >= 0 and found.max() < limit):
-                got = int(found.max()) if found.size else "none"
+        for name, array, limit in (("pose", anchors, poses), ("bone", indices, JOINT_COUNT)):
+            if not (array.size and array.min() >= 0 and array.max() < limit):
+                got = int(array.max()) if array.size else "none"
                 raise BadModel(f"a rigged anchor of the model names a {name} that does not exist", got, AGAIN)
         if not (weights.sum(axis=2, dtype=np.int64) == WEIGHT_SUM).all():
             raise BadModel("weights of a rigged anchor sum to 255", int(weights.sum(axis=2).max()), AGAIN)
@@ -125,7 +125,7 @@ class RiggedTables:
 
 
 def quantize_weights(weights: Float[np.ndarray, "... bones"]) -> Int[np.ndarray, "... bones"]:
-    """Weights in 255 parts, uint8; what rounding down leaves over goes where it took most."""
+    """Rounds weights to 1/255, uint8. Remainders of rounding down go to the weights that lost most."""
     exact = WEIGHT_SUM * weights / weights.sum(axis=-1, keepdims=True)
     parts = np.floor(exact).astype(np.int64)
     rank = np.argsort(np.argsort(parts - exact, axis=-1, kind="stable"), axis=-1)

@@ -1,4 +1,4 @@
-"""Sensitivity-optimised rigging: skin weights of settled garments that answer to joints as the simulation does."""
+"""Sensitivity-optimised rigging: skin weights of settled garments that reproduce their simulated derivatives."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -15,24 +15,24 @@ from hemline.motions.quaternions import to_matrix
 from .rigging_kernels import minimize_on_simplex
 
 MOST_BONES = 8
-"""Bones that a vertex may follow."""
+"""Most bones that a vertex follows."""
 
 
 @dataclass(frozen=True)
 class Rigging:
-    r"""Settled garments, each with skin weights of its own; in between, their skinned selves blended.
+    r"""Settled garments with their own skin weights, which are skinned into a pose and blended.
 
     $$x = \sum_s w_s \sum_b w_{s,b} A_b(\theta) A_b(\theta_s)^{-1} x_s$$
 
     Attributes:
         transforms: Skin transforms of the anchors, on the mean shape.
-        worn: The garment there [m].
-        weights: Skin weights of each anchor's garment; rows sum to 1.
+        vertices: Garments of the anchors [m].
+        weights: Skin weights of each garment; rows sum to 1.
 
     Source: Xu, Umetani, Chao, Mao, Jin, Tong, "Sensitivity-optimized rigging for example-based real-time clothing
         synthesis", 2014, after its description in Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual
-        Agents using Plausible Deformations", 2021, sections 3.3 and 4.4: the original text was not at hand. Differs:
-        without the translation of their Eq. 1, as in AgentDress; derivatives are the simulator's own.
+        Agents using Plausible Deformations", 2021, sections 3.3 and 4.4, as the original text was not available.
+        Differs: without the translation of Eq. 1, as in AgentDress, and with the derivatives of the simulator.
     """
 
     transforms: Float[np.ndarray, "anchors joints 3 4"]
@@ -43,45 +43,47 @@ class Rigging:
     def fit(
         cls,
         posed: Sequence[PosedBody],
-        worn: Float[np.ndarray, "anchors verts 3"],
+        vertices: Float[np.ndarray, "anchors verts 3"],
         derivatives: Iterable[Float[np.ndarray, "joints 3 verts 3"]],
         start: Float[np.ndarray, "verts joints"],
         stiffness: float,
     ) -> Self:
-        """Fit the weights of each anchor's garment.
+        """Fits the skin weights of each garment.
 
         Args:
-            posed: The body in the anchors' poses.
-            worn: The garment there [m].
-            derivatives: Its change by each joint about the axes of the joint's own frame [m/rad].
-            start: Weights that are kept to: those of the body under the garment.
-            stiffness: How much a change of the weights costs, over what all joints' derivatives cost.
+            posed: The body in the pose of each anchor.
+            vertices: Garments of the anchors [m].
+            derivatives: Derivatives of each garment by rotations about the axes of each joint frame [m/rad].
+            start: Weights to stay close to, those of the body under the garment.
+            stiffness: Cost of changing the weights, relative to the cost of all joint derivatives.
         """
         weights = [
-            optimize_weights(rigid_derivatives(each, garment), found, start, stiffness)
-            for each, garment, found in zip(posed, worn, derivatives, strict=True)
+            optimize_weights(rigid_derivatives(each, garment), target, start, stiffness)
+            for each, garment, target in zip(posed, vertices, derivatives, strict=True)
         ]
-        return cls(np.array([each.transforms for each in posed], np.float64), worn, np.array(weights))
+        return cls(np.array([each.transforms for each in posed], np.float64), vertices, np.array(weights))
 
     def at(self, transforms: Transforms, blend: Float[np.ndarray, "verts anchors"]) -> Float[np.ndarray, "verts 3"]:
-        """The garment in a pose [m].
+        """Returns the garment in a pose [m].
 
         Args:
             transforms: Skin transforms of the pose, on the mean shape.
-            blend: What each anchor counts for at each vertex (AgentDress, Eq. 8); rows sum to 1.
+            blend: Weight of each anchor at each vertex (AgentDress, Eq. 8); rows sum to 1.
         """
         result = np.zeros_like(self.vertices[0])
         for anchor in np.flatnonzero(blend.any(axis=0)):
-            skinned = skin_points(relative_transforms(transforms, self.transforms[anchor]), self.weights[anchor], self.vertices[anchor])
+            skinned = skin_points(
+                relative_transforms(transforms, self.transforms[anchor]), self.weights[anchor], self.vertices[anchor]
+            )
             result += blend[:, anchor, None] * skinned
         return result
 
 
 def relative_transforms(transforms: Transforms, earlier: Transforms) -> Float[np.ndarray, "joints 3 4"]:
-    r"""$A_b(\theta) A_b(\theta_s)^{-1}$ of each bone; its transforms are rigid."""
-    turned = np.einsum("bij,bkj->bik", transforms[:, :, :3].astype(np.float64), earlier[:, :, :3])
-    shift = transforms[:, :, 3] - np.einsum("bij,bj->bi", turned, earlier[:, :, 3])
-    return np.concatenate([turned, shift[:, :, None]], axis=2)
+    r"""Returns $A_b(\theta) A_b(\theta_s)^{-1}$ for each bone, where all transforms are rigid."""
+    rotations = np.einsum("bij,bkj->bik", transforms[:, :, :3].astype(np.float64), earlier[:, :, :3])
+    shift = transforms[:, :, 3] - np.einsum("bij,bj->bi", rotations, earlier[:, :, 3])
+    return np.concatenate([rotations, shift[:, :, None]], axis=2)
 
 
 def skin_points(
@@ -89,20 +91,22 @@ def skin_points(
     weights: Float[np.ndarray, "verts joints"],
     points: Float[np.ndarray, "verts 3"],
 ) -> Float[np.ndarray, "verts 3"]:
-    """Points carried by bones, weights of all bones given [m]."""
+    """Skins points with the weights of all bones [m]."""
     blended = np.einsum("vb,bij->vij", weights, transforms)
     return np.einsum("vij,vj->vi", blended[:, :, :3], points) + blended[:, :, 3]
 
 
-def rigid_derivatives(posed: PosedBody, worn: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "joints 3 verts 3"]:
-    r"""$\omega_a \times (x - x_j)$: how points move that follow a joint wholly while it turns [m/rad]."""
+def rigid_derivatives(
+    posed: PosedBody, vertices: Float[np.ndarray, "verts 3"]
+) -> Float[np.ndarray, "joints 3 verts 3"]:
+    r"""Returns $\omega_a \times (x - x_j)$, the derivatives of points that follow a joint rigidly [m/rad]."""
     axes = np.einsum(
         "jik,jlk->jil",
         posed.transforms[:, :, :3].astype(np.float64),
         to_matrix(posed.shaped.body.rest_offsets.astype(np.float64)),
     )
-    away = worn[None] - posed.joints[:, None].astype(np.float64)
-    return np.cross(axes.transpose(0, 2, 1)[:, :, None, :], away[:, None])
+    relative = vertices[None] - posed.joints[:, None].astype(np.float64)
+    return np.cross(axes.transpose(0, 2, 1)[:, :, None, :], relative[:, None])
 
 
 def optimize_weights(
@@ -111,11 +115,11 @@ def optimize_weights(
     start: Float[np.ndarray, "verts joints"],
     stiffness: float,
 ) -> Float[np.ndarray, "verts joints"]:
-    r"""Skin weights whose derivatives are nearest to those of the simulation.
+    r"""Finds the skin weights whose derivatives are closest to those of the simulation.
 
     $$\min_{w \ge 0, \sum w = 1} \sum_{j,a} |S_{ja} - (\sum_{b \in j} w_b)\, v_{ja}|^2 + \lambda |w - w_0|^2$$
 
-    over the bones b that joint j carries; by accelerated projected gradients, then once more over the 8 largest.
+    where b runs over the bones moved by joint j. Solved exactly by active sets, then again for the 8 largest weights.
 
     Args:
         turns: $v_{ja}$, see `rigid_derivatives` [m/rad].
@@ -139,17 +143,17 @@ def optimize_weights(
 
 @cache
 def _tree() -> tuple[Int[np.ndarray, " joints"], Int[np.ndarray, "joints joints"]]:
-    """The parent of each joint, and of each two bones the last joint that carries both."""
+    """Returns the parent of each joint, and the last common ancestor of each pair of bones."""
     both = _descendants()[:, :, None] * _descendants()[:, None, :]
     return np.array(PARENTS), JOINT_COUNT - 1 - both[::-1].argmax(axis=0)
 
 
 def _descendants() -> Float[np.ndarray, "joints joints"]:
-    """1 where the joint of the row carries the bone of the column: itself and all behind it."""
-    carried = np.eye(JOINT_COUNT)
+    """Returns a matrix that is 1 where the joint of the row moves the bone of the column."""
+    result = np.eye(JOINT_COUNT)
     for bone in range(JOINT_COUNT):
         joint = PARENTS[bone]
         while joint >= 0:
-            carried[joint, bone] = 1.0
+            result[joint, bone] = 1.0
             joint = PARENTS[joint]
-    return carried
+    return result

@@ -1,21 +1,21 @@
-"""Skin weights that answer to joints as the simulation does, compiled."""
+"""Compiled solver for skin weights that reproduce simulated derivatives."""
 
 import numpy as np
 
 from hemline.compiled import kernel
 
 LEAST_SLOPE = 1e-9
-"""A bone comes in where the cost falls by more than this with its weight, over what all joints cost."""
+"""Descent of the cost, relative to the cost of all joints, above which a bone becomes active."""
 
 RIDGE = 1e-12
-"""Added to the diagonal, over its largest entry, where bones cannot be told apart."""
+"""Regularisation of the diagonal, relative to its largest entry, for indistinguishable bones."""
 
 
 @kernel(forceinline=True)
 def minimize_free(hessian, linear, bones, count, factor, result_out):
-    """The least of w^T H w / 2 - l^T w over weights that sum to 1, all but those of `count` bones 0; returns its slope.
+    """Minimizes w^T H w / 2 - l^T w over weights of `count` bones that sum to 1; returns the multiplier (slope).
 
-    By H = L L^T: w = H^-1 (l - slope 1), the slope such that they sum to 1.
+    With H = L L^T, w = H^-1 (l - slope 1), where the slope makes the weights sum to 1.
     """
     for i in range(count):
         for j in range(i + 1):
@@ -23,7 +23,7 @@ def minimize_free(hessian, linear, bones, count, factor, result_out):
             for k in range(j):
                 total -= factor[i, k] * factor[j, k]
             factor[i, j] = np.sqrt(max(total, 1e-300)) if i == j else total / factor[j, j]
-    told, ones = 0.0, 0.0
+    total_linear, total_ones = 0.0, 0.0
     for side in range(2):
         for i in range(count):
             total = linear[bones[i]] if side == 0 else 1.0
@@ -36,9 +36,9 @@ def minimize_free(hessian, linear, bones, count, factor, result_out):
                 total -= factor[k, i] * result_out[side, k]
             result_out[side, i] = total / factor[i, i]
     for i in range(count):
-        told += result_out[0, i]
-        ones += result_out[1, i]
-    slope = (told - 1.0) / ones
+        total_linear += result_out[0, i]
+        total_ones += result_out[1, i]
+    slope = (total_linear - 1.0) / total_ones
     for i in range(count):
         result_out[0, i] -= slope * result_out[1, i]
     return slope
@@ -46,11 +46,11 @@ def minimize_free(hessian, linear, bones, count, factor, result_out):
 
 @kernel
 def minimize_on_simplex(squares, linear, stiffness, parents, common, allowed, weights_out):
-    # model: parents (joints,), each before its children; common (joints, joints): the last joint that carries both
-    # in: squares (verts, joints), stiffness (verts,): H_bc = sum of squares of all joints that carry b and c, and the
+    # model: parents (joints,), each before its children; common (joints, joints): the last joint that moves both
+    # in: squares (verts, joints), stiffness (verts,): H_bc = sum of squares of all joints that move b and c, plus the
     #     stiffness on the diagonal; linear, allowed (verts, joints)
-    # out: weights_out (verts, joints): where to begin, any that are 0 where not allowed, and sum to 1; then the least
-    #     of w^T H w / 2 - l^T w over such weights that are 0 or more, exactly, bone by bone (Lawson, Hanson 1974)
+    # in/out: weights_out (verts, joints): start values that are 0 where not allowed and sum to 1; then the exact
+    #     minimum of w^T H w / 2 - l^T w over such weights >= 0, by active sets (Lawson, Hanson 1974)
     joints = len(parents)
     carried, hessian, factor = np.empty(joints), np.empty((joints, joints)), np.empty((joints, joints))
     bones, least = np.empty(joints, np.int64), np.empty((2, joints))

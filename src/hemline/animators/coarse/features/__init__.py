@@ -1,1 +1,1 @@
-"""The features that a network is given of a garment and its motion."""
+"""The features of a garment and its motion that a network is given."""

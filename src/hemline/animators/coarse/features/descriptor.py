@@ -1,4 +1,4 @@
-"""The spectral descriptor: what a garment is as a whole, in a few hundred numbers."""
+"""The spectral descriptor, which describes a whole garment by a few hundred numbers."""
 
 import warnings
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ from hemline.meshes.edges import edges
 AFFINITY_RADIUS = 0.6
 """Distance at which the affinity of two points has fallen to 0.61 [m]."""
 COMPRESSION = 10.0
-"""Eigenvalues are compared, and given to networks, as the inverse hyperbolic sine of so many times them."""
+"""Factor of eigenvalues before the inverse hyperbolic sine that compresses them for comparison and for networks."""
 SAME_DISTANCE = 1e-5
-"""Distances that differ by less are the same [m]."""
+"""Distances that differ by less count as equal [m]."""
 MAX_SEARCHES = 400
-"""How many vertices of a part are looked at, at most, to find the most eccentric one."""
+"""Largest number of searches for the most eccentric vertex of a part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,18 +28,18 @@ class Descriptor:
     """
 
     eigenvalues: Float[np.ndarray, " descriptor"]
-    """Descending [1], float32; their sum is the number of points; some are below zero, as ways along edges are not
-    straight. Zeros fill up where the garment has fewer vertices."""
+    """Eigenvalues in descending order [1], float32. Their sum is the number of points. Some are negative, since paths
+    along edges are not straight. Zeros fill up the array if the garment has fewer vertices."""
     samples: Int[np.ndarray, " samples"]
-    """Vertex ids of the points, in the order in which they were chosen."""
+    """Vertex ids of the points in the order in which they were chosen."""
 
     @property
-    def padded(self) -> int:
-        """How many of the eigenvalues are zeros that fill up."""
+    def padding(self) -> int:
+        """Number of zeros that fill up the eigenvalues."""
         return len(self.eigenvalues) - len(self.samples)
 
     def pad_to(self, size: int) -> Float[np.ndarray, " size"]:
-        """The eigenvalues with zeros up to a size [1], float32."""
+        """Returns the eigenvalues, filled up with zeros to a size [1], float32."""
         return np.pad(self.eigenvalues, (0, max(0, size - len(self.eigenvalues))))
 
     @classmethod
@@ -51,24 +51,24 @@ class Descriptor:
         size: int = 256,
         distance: Literal["geodesic", "euclidean"] = "geodesic",
     ) -> Self:
-        """The descriptor of a garment at rest.
+        """Computes the descriptor of a garment at rest.
 
-        The first point is the most eccentric vertex, each next one the vertex that is farthest from all before it along
-        edges; of several equally far ones, that with the largest sum of distances. Parts that hang together with
-        nothing have no affinity; the part of the largest extent comes first.
+        The first point is the most eccentric vertex, each next one the vertex that is farthest along edges from all
+        points before it; of several equally distant vertices, the one with the largest sum of distances. Parts without
+        a connection have no affinity; the part of the largest extent comes first.
 
         Args:
             vertices: Positions [m].
             faces: Triangles.
             size: Number of eigenvalues.
-            distance: Along edges, as in the paper, or straight through the air (the ablation of Table I).
+            distance: Distance along edges, as in the paper, or straight through the air (the ablation of Table I).
 
         Raises:
             BadMesh: The mesh is empty.
 
         Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Section III-B; Dijkstra, "A note on two problems in connexion
-            with graphs", 1959; Takes, Kosters, "Determining the diameter of small world networks", 2011 (bounds by
-            which most vertices need not be searched from). Differs: they begin with a random vertex.
+            with graphs", 1959; Takes, Kosters, "Determining the diameter of small world networks", 2011 (bounds that
+            save the searches from most vertices). Differs: they begin with a random vertex.
         """
         samples, between = sample_points(vertices, faces, size)
         if len(samples) < size:
@@ -82,7 +82,7 @@ class Descriptor:
         return cls(np.sort(filled)[::-1].astype(np.float32), samples)
 
     def distance(self, other: "Descriptor") -> float:
-        """How different two garments are [1]: the distance of their sorted eigenvalues, `compressed`.
+        """Returns the difference of two garments [1]: the distance of their sorted, compressed eigenvalues.
 
         Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Section V-A; Hoffman, Wielandt, "The variation of the spectrum of
             a normal matrix", 1953 (sorted, the distance of eigenvalues is the least norm of the difference of the
@@ -93,19 +93,19 @@ class Descriptor:
 
 
 def compress_eigenvalues(eigenvalues: Float[np.ndarray, "... descriptor"]) -> Float[np.ndarray, "... descriptor"]:
-    """Eigenvalues as they are compared: differences count by their share where values are large; float64."""
+    """Compresses eigenvalues, so that differences of large ones count relative to their size; float64."""
     return np.arcsinh(COMPRESSION * np.asarray(eigenvalues, np.float64))
 
 
 def sample_points(
     vertices: Vertices, faces: Faces, size: int
 ) -> tuple[Int[np.ndarray, " samples"], Float[np.ndarray, "samples samples"]]:
-    """Points spread over a garment, and their distances from each other along edges [m]; inf where no way leads.
+    """Chooses points spread over a garment; returns them and their distances along edges [m], inf between two parts.
 
     Args:
         vertices: Positions [m].
         faces: Triangles.
-        size: Number of points; a mesh of fewer vertices has all of them.
+        size: Number of points; all vertices are chosen if there are fewer.
 
     Raises:
         BadMesh: The mesh is empty.
@@ -118,14 +118,14 @@ def sample_points(
 
 
 def affinity(distances: np.ndarray) -> np.ndarray:
-    r"""$e^{-d^2 / 2\sigma^2}$ of distances [m], $\sigma$ = `SEARCH_RATIO`; 0 where no way leads."""
+    r"""Returns $e^{-d^2 / 2\sigma^2}$ of distances [m], where $\sigma$ is `AFFINITY_RADIUS`."""
     return np.exp(-((distances / AFFINITY_RADIUS) ** 2) / 2)
 
 
 def eigenvectors(
     vertices: Vertices, faces: Faces, descriptor: Descriptor, count: int = 6
 ) -> Float[np.ndarray, "verts count"]:
-    r"""The first eigenvectors of the affinities of all vertices, estimated from those of the points (Fig. 4).
+    r"""Estimates the first eigenvectors of the affinities of all vertices from those of the points (Fig. 4).
 
     $\hat Q = \sqrt{z / N}\, A_{Nz} U \Lambda^{-1}$: the Nystroem extension.
 
@@ -133,7 +133,7 @@ def eigenvectors(
         vertices: Positions [m].
         faces: Triangles.
         descriptor: The descriptor of the mesh.
-        count: How many.
+        count: Number of eigenvectors.
 
     Returns:
         Eigenvectors as columns [1], about unit length; the sum of each is positive.
@@ -166,7 +166,7 @@ def _from(lengths: Any, sources: np.ndarray) -> np.ndarray:
 
 
 def _farthest_points(lengths: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points, farthest first, and the distances of all vertices from each."""
+    """Chooses points by farthest point sampling; returns them and the distances of all vertices from each."""
     firsts = _first_points(lengths)[:count]
     samples = [firsts.pop(0)]
     rows = [_from(lengths, np.array(samples))[0]]
@@ -186,7 +186,7 @@ def _farthest_points(lengths: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _first_points(lengths: Any) -> list[int]:
-    """The most eccentric vertex of each part, that of the largest extent first."""
+    """Returns the most eccentric vertex of each part, that of the part of the largest extent first."""
     from scipy.sparse.csgraph import connected_components
 
     count, part = connected_components(lengths, directed=False)
@@ -195,7 +195,11 @@ def _first_points(lengths: Any) -> list[int]:
 
 
 def _most_eccentric(lengths: Any, members: np.ndarray) -> tuple[float, float, int]:
-    """Eccentricity [m], sum of distances [m] and vertex id; each search bounds the eccentricity of all others."""
+    """Finds the most eccentric vertex of a part; each search bounds the eccentricity of all other vertices.
+
+    Returns:
+        Eccentricity [m], sum of distances [m] and vertex id.
+    """
     if len(members) == 1:
         return 0.0, 0.0, int(members[0])
     within = lengths[members][:, members]
@@ -206,7 +210,10 @@ def _most_eccentric(lengths: Any, members: np.ndarray) -> tuple[float, float, in
         extent, total = row.max(), row.sum()
         upper = np.minimum(upper, row + extent)
         upper[chosen] = -np.inf
-        if (round(extent / SAME_DISTANCE), round(total / SAME_DISTANCE)) > (round(best[0] / SAME_DISTANCE), round(best[1] / SAME_DISTANCE)):
+        if (round(extent / SAME_DISTANCE), round(total / SAME_DISTANCE)) > (
+            round(best[0] / SAME_DISTANCE),
+            round(best[1] / SAME_DISTANCE),
+        ):
             best = extent, total, chosen
         if upper.max() < best[0] - SAME_DISTANCE:
             break

@@ -1,24 +1,24 @@
-"""What is known of each vertex in one frame, compiled: where skinning puts it, how it trails, what is near it."""
+"""Compiled features of each vertex in one frame: where skinning puts it, how it trails behind, what is near it."""
 
 import math
 
 import numpy as np
 
 from hemline.bodies.dual_quaternion_kernels import dual_quaternions
-from hemline.collide.primitives.primitive_kernels import primitive_distance
+from hemline.collide.primitives.primitive_kernels import round_cone_distance
 from hemline.compiled import kernel, prange
 
 BODY_RANGE = 0.3
-"""Distance from the body beyond which it is not felt [m]."""
+"""Distance up to which the body counts as near [m]."""
 VECTOR_LIMIT = 0.5
-"""Length to which vectors are softly limited [m]."""
+"""Length that vectors approach but do not exceed [m]."""
 DENORMAL_LIMIT = np.float32(1e-20)
-"""What is smaller is nothing: denormal numbers are slow."""
+"""Smaller numbers are replaced by zero, since denormal numbers are slow."""
 
 
 @kernel(inline="always")
 def _write_vector(out, v, column, turn, x, y, z):
-    # a vector of the world into the vertex's turned frame, softly no longer than LONGEST
+    # rotates a vector of the world into the frame of the vertex and limits its length to VECTOR_LIMIT
     a, b, c, d = turn[0], -turn[1], -turn[2], -turn[3]
     e0, e1, e2 = 2 * (c * z - d * y), 2 * (d * x - b * z), 2 * (b * y - c * x)
     x, y, z = x + a * e0 + c * e2 - d * e1, y + a * e1 + d * e0 - b * e2, z + a * e2 + b * e1 - c * e0
@@ -29,7 +29,8 @@ def _write_vector(out, v, column, turn, x, y, z):
 
 @kernel(inline="always")
 def _write_nearness(out, v, column, turn, colliders, frames, parts, x, y, z):
-    # for each part of the body: how near it is (1 on its surface, 0 at FAR), and the direction away from it so long
+    # writes for each part of the body its nearness (1 on its surface, 0 at BODY_RANGE), and the direction away from it
+    # scaled by the nearness
     best = np.full(parts[1][-1] + 1, np.inf)
     away = np.zeros((len(best), 3))
     for k in range(len(parts[0])):
@@ -44,7 +45,7 @@ def _write_nearness(out, v, column, turn, colliders, frames, parts, x, y, z):
         reach = min(best[part], BODY_RANGE) + colliders[3][k, 3]
         if gx * gx + gy * gy + gz * gz > reach * reach:
             continue
-        distance, gx, gy, gz = primitive_distance(colliders[0][k], colliders[2], k, lx, ly, lz)
+        distance, gx, gy, gz = round_cone_distance(colliders[2], k, lx, ly, lz)
         if distance < best[part] and distance < BODY_RANGE:
             best[part] = distance
             away[part, 0] = f[0, 0] * gx + f[0, 1] * gy + f[0, 2] * gz
@@ -62,7 +63,7 @@ def _write_nearness(out, v, column, turn, colliders, frames, parts, x, y, z):
 @kernel(parallel=True)
 def skin_and_turn(rest, joints, weights, transforms, positions_out, turns_out):
     # in: rest (verts, 3); joints, weights (verts, influences), the heaviest first; transforms (joints, 3, 4)
-    # out: positions (verts, 3) blended linearly, turns (verts, 4): the blended quaternion
+    # out: positions (verts, 3) blended linearly; turns (verts, 4), the blended quaternions
     duals = np.empty((len(transforms), 8), np.float32)
     dual_quaternions(transforms, duals)
     for v in prange(len(rest)):
@@ -85,9 +86,9 @@ def skin_and_turn(rest, joints, weights, transforms, positions_out, turns_out):
 
 @kernel(parallel=True)
 def remember(before, after, dt, lags, swings, memory, memory_out):
-    # in: before, after (verts, 3): the point at the step's ends; lags (lags, 2), swings (swings, 4) of `memory.FilterStep`;
-    #     memory (verts, lags + 2 swings + 1, 3): trails of lags; of each swing its trail and the velocity of its end;
-    #     the velocity of the point
+    # in: before, after (verts, 3): points at both ends of the step; lags (lags, 2), swings (swings, 4): coefficients of
+    #     `memory.FilterStep`; memory (verts, lags + 2 swings + 1, 3): the trail of each lag, the trail and the velocity
+    #     of each swing, and the velocity of the point
     # out: memory after the step
     count, last = len(lags), len(lags) + 2 * len(swings)
     for v in prange(len(before)):
@@ -99,10 +100,10 @@ def remember(before, after, dt, lags, swings, memory, memory_out):
             for k in range(len(swings)):
                 at = count + 2 * k
                 trail, ending = memory[v, at, axis], memory[v, at + 1, axis] - velocity
-                went = swings[k, 0] * trail + swings[k, 1] * ending
-                memory_out[v, at, axis] = went if abs(went) > DENORMAL_LIMIT else np.float32(0)
-                went = swings[k, 2] * trail + swings[k, 3] * ending + velocity
-                memory_out[v, at + 1, axis] = went if abs(went) > DENORMAL_LIMIT else np.float32(0)
+                value = swings[k, 0] * trail + swings[k, 1] * ending
+                memory_out[v, at, axis] = value if abs(value) > DENORMAL_LIMIT else np.float32(0)
+                value = swings[k, 2] * trail + swings[k, 3] * ending + velocity
+                memory_out[v, at + 1, axis] = value if abs(value) > DENORMAL_LIMIT else np.float32(0)
             memory_out[v, last, axis] = velocity
 
 
@@ -110,11 +111,11 @@ def remember(before, after, dt, lags, swings, memory, memory_out):
 def describe(
     positions, turns, carried, trails, carried_trails, rates, colliders, frames, parts, points, rest_offsets, out
 ):
-    # in: positions, turns: of `skin_and_turn`; carried (verts, 3): carried rigidly with the key joint;
-    #     trails, carried_trails: memories of both; rates (swings,): seconds that make a velocity a length;
-    #     colliders, frames, parts ((prims,), (parts,)): the body's primitives, and which part of it each is of;
-    #     points (joints, 3) in the world, rest_offsets (verts, joints, 3): what they are at, at rest, from the vertex
-    # out: (verts, features) float32, all zero on a body that was always at rest, but what is near
+    # in: positions, turns: those of `skin_and_turn`; carried (verts, 3): positions if carried with the key joint;
+    #     trails, carried_trails: memories of both; rates (swings,): times that turn a velocity into a length [s];
+    #     colliders, frames, parts ((prims,), (parts,)): primitives of the body, and the part of the body of each;
+    #     points (joints, 3): joints in the world; rest_offsets (verts, joints, 3): their features at rest
+    # out: (verts, features) float32; all but the nearness are zero on a body that was always at rest
     last = trails.shape[1] - 1
     lags = last - 2 * len(rates)
     for v in prange(len(positions)):

@@ -1,7 +1,7 @@
-r"""What a point remembers of how it moved: filters of its path, exact for any time step.
+r"""The memory of a moving point: filters of its path, exact for any time step.
 
-Each filter follows a point $p$ that moves on a straight line within a step, and starts at rest upon it. It remembers
-how far it trails, $h = y - p$:
+Each filter follows a point $p$ that moves along a straight line within a step, and starts at rest on it. It stores how
+far it trails behind, $h = y - p$:
 
 $$\text{lag of } \tau: \quad y' = (p - y) / \tau \qquad\qquad
   \text{swing of } \omega, \zeta: \quad y'' = \omega^2 (p - y) + 2 \zeta \omega (p' - y')$$
@@ -25,7 +25,7 @@ SWINGS = ((4.0, 0.3), (7.0, 0.3), (12.0, 0.4))
 
 @dataclass(frozen=True)
 class FilterStep:
-    """How the filters go on over one time step; float32 arrays for the kernel."""
+    """Coefficients of the filters for one time step, float32."""
 
     lags: Float[np.ndarray, "lags 2"]
     """h' = a h - b v."""
@@ -34,13 +34,13 @@ class FilterStep:
 
     @classmethod
     def of(cls, dt: float) -> "Step":
-        """The coefficients for a time step [s]."""
+        """Computes the coefficients for a time step [s]."""
         lags = [(math.exp(-dt / tau), tau * -math.expm1(-dt / tau)) for tau in LAGS]
         return cls(np.array(lags, np.float32), np.array([_swing(dt, *each) for each in SWINGS], np.float32))
 
 
 def _swing(dt: float, omega: float, zeta: float) -> tuple[float, float, float, float]:
-    """The matrix exponential of h'' = -omega^2 h - 2 zeta omega h' over `dt`."""
+    """Returns the matrix exponential of h'' = -omega^2 h - 2 zeta omega h' over `dt`."""
     decay, fast = zeta * omega, omega * math.sqrt(1 - zeta * zeta)
     shrunk, c, s = math.exp(-decay * dt), math.cos(fast * dt), math.sin(fast * dt) / fast
     return (shrunk * (c + decay * s), shrunk * s, -shrunk * omega * omega * s, shrunk * (c - decay * s))

@@ -1,8 +1,8 @@
-"""Features with left and right exchanged: a garment and its motion in a mirror are another garment and motion."""
+"""Mirrors features: with left and right exchanged, a garment and its motion are another garment and another motion."""
 
 import numpy as np
 
-from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, BODY_PARTS, FEATURE_JOINTS, STATIC_COUNT, TRAIL_COUNT
+from hemline.animators.coarse.proxy_on_body import BODY_PARTS, DYNAMIC_COUNT, FEATURE_JOINTS, STATIC_COUNT, TRAIL_COUNT
 from hemline.arrays import Float, Int
 from hemline.motions import JOINT_NAMES
 
@@ -18,7 +18,7 @@ def _swap_sides(names: list[str]) -> Int[np.ndarray, " names"]:
 
 
 def dynamic_mirror() -> tuple[Int[np.ndarray, " dynamic"], Float[np.ndarray, " dynamic"]]:
-    """Which column goes where, and with which sign: mirrored = told[..., order] * signs."""
+    """Returns order and signs of mirrored features that change: mirrored = features[..., order] * signs."""
     vectors = 2 * TRAIL_COUNT // 3 + 2
     order = [*range(3 * vectors)]
     signs = [*np.tile(VECTOR, vectors)]
@@ -38,7 +38,7 @@ def dynamic_mirror() -> tuple[Int[np.ndarray, " dynamic"], Float[np.ndarray, " d
 
 
 def static_mirror() -> tuple[Int[np.ndarray, " static"], Float[np.ndarray, " static"]]:
-    """The same for features that do not change."""
+    """Returns order and signs of mirrored features that do not change."""
     order, signs = [*range(13)], [*VECTOR, 1, *VECTOR, 1, 1, 1, *VECTOR]
     order += [13 + int(joint) for joint in _swap_sides(list(JOINT_NAMES))]
     signs += [1] * len(JOINT_NAMES)

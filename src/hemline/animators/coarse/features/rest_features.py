@@ -1,4 +1,4 @@
-"""What is known of a proxy at rest on its body, vertex by vertex."""
+"""Properties of the vertices of a proxy at rest on its body."""
 
 import numpy as np
 
@@ -8,14 +8,14 @@ from hemline.meshes import ClosestTree, vertex_normals
 
 
 def fit_features(proxy: ProxyOnBody) -> Float[np.ndarray, "verts 7"]:
-    """Normal, position [m] and signed distance to the body [m] of each vertex at rest, float32."""
+    """Returns normal, position [m] and signed distance to the body [m] of each vertex at rest, float32."""
     tree = ClosestTree(proxy.shaped.vertices, proxy.shaped.body.faces)
     rest, away = proxy.rest, tree.signed_distances(proxy.rest)
     return np.concatenate([vertex_normals(rest, proxy.garment.faces), rest, away[:, None]], axis=1).astype(np.float32)
 
 
 def vertex_masses(proxy: ProxyOnBody) -> Float[np.ndarray, " verts"]:
-    """Mass of each vertex, a third of each of its triangles [kg]."""
+    """Returns the mass of each vertex, a third of each of its triangles [kg], float32."""
     garment = proxy.garment
     one, two = garment.rest_edges[:, :, 0], garment.rest_edges[:, :, 1]
     areas = 0.5 * np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])

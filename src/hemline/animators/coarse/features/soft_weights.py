@@ -1,4 +1,4 @@
-"""Skin weights for cloth that may hang far from the body: the farther away, the more of the body they look at."""
+"""Skin weights for cloth that may hang far from the body: the farther away, the smoother they are."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,33 +11,35 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 INFLUENCES = 8
-"""Joints of a vertex, at most."""
+"""Largest number of joints of a vertex."""
 BLUR_FRACTION = 0.5
-"""How far beyond the nearest skin it is looked, as a share of the distance to it."""
+"""Radius of the smoothing, relative to the distance from the nearest skin."""
 MIN_BLUR = 0.01
-"""The same for cloth on the skin [m]."""
+"""Smallest radius of the smoothing, used for cloth on the skin [m]."""
 
 
 class SoftWeights(NamedTuple):
-    """Joints of each vertex, the heaviest first, and their weights, which add up to 1."""
+    """Sparse skin weights."""
 
     joints: Int[np.ndarray, "verts influences"]
+    """Joints of each vertex, the heaviest first."""
     weights: Float[np.ndarray, "verts influences"]
+    """Weights of these joints; rows add up to 1."""
 
     def dense(self) -> Float[np.ndarray, "verts joints"]:
-        """One column a joint."""
+        """Returns the weights with one column a joint, float32."""
         rows = np.zeros((len(self.joints), JOINT_COUNT), np.float32)
         np.add.at(rows, (np.arange(len(rows))[:, None], self.joints), self.weights)
         return rows
 
 
 def soft_weights(rest: Vertices, shaped: "ShapedBody") -> SoftWeights:
-    r"""Skin weights of the body's vertices $b$, averaged for a cloth vertex at $x$ whose nearest skin is $d$ away:
+    r"""Averages skin weights of the body's vertices $b$ for a cloth vertex at $x$ whose nearest skin is $d$ away:
 
     $$w \propto \sum_b w_b \exp\left(-\frac{|x - x_b|^2 - d^2}{2 s^2}\right), \qquad s = \max(0.01, d / 2)$$
 
-    Cloth on the skin gets the weights under it. The hem of a skirt, as near to one leg as to the other, gets both
-    legs', so that skinning does not tear it.
+    Cloth on the skin gets the weights under it. The hem of a skirt, as near to one leg as to the other, gets those of
+    both legs, so that skinning does not tear it.
 
     Args:
         rest: The garment on the body in its rest pose [m].

@@ -1,1 +1,1 @@
-"""What the fits of `lag` and `swingar` share: takes as frames to learn from, and the fit itself."""
+"""What the fits of `lag` and `swingar` share: the conversion of takes to training frames, and the fit itself."""

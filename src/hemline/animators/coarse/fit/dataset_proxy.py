@@ -1,4 +1,4 @@
-"""The garment of a dataset on a body, as its proxy."""
+"""The proxy of the garment of a dataset on a body."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from hemline import bodies
 from hemline.animators.coarse.beginning import opening_simulator
 from hemline.animators.coarse.proxy_on_body import ProxyOnBody
 from hemline.animators.simulated_proxy import SimulatedProxy
@@ -17,27 +16,28 @@ from hemline.garments.proxy.proxy import ProxySize, proxy_of
 
 @dataclass(frozen=True, eq=False)
 class DatasetProxy:
-    """The garment of a dataset on a body, as its proxy."""
+    """The proxy of the garment of a dataset on a body."""
 
     proxy: ProxyOnBody
+    """The settled proxy."""
     vertex_ids: Int[np.ndarray, " coarse"]
-    """Which vertex of the dataset's garment each of its vertices is."""
+    """Index in the dataset's garment of each vertex of the proxy."""
 
     @cached_property
     def simulator(self) -> SimulatedProxy:
-        """What simulates it at the beginning of a take."""
+        """Simulates the proxy at the beginning of a take."""
         return opening_simulator(self.proxy)
 
 
 def proxy_of_dataset(dataset: Dataset, betas: Sequence[float], size: ProxySize) -> DatasetProxy:
-    """The garment of a dataset on a body, settled.
+    """Returns the proxy of the garment of a dataset, settled on a body.
 
     Args:
         dataset: Takes of the garment or of its proxy.
         betas: Shape of the body.
-        size: Of proxies.
+        size: Size of the proxy.
     """
-    shaped = bodies.load(dataset.garment.body_name).shaped(tuple(betas))
+    shaped = dataset.body.shaped(tuple(betas))
     coarse, kept = proxy_of(dataset.garment, size)
     rest = dataset.rest(shaped.betas).vertices[0][kept]
     return DatasetProxy(ProxyOnBody.of(coarse.dressed(shaped), rest, shaped), kept)

@@ -1,11 +1,10 @@
-"""From takes of many garments to a model that is worn by garments never seen."""
+"""Fits a network to takes of many garments."""
 
 from collections.abc import Callable
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from hemline import bodies
 from hemline.animators.base import Progress
 from hemline.animators.checkpoints import checkpoint_folder
 from hemline.animators.coarse.config import CoarseConfig
@@ -26,9 +25,9 @@ from .walk import TakeWalk
 
 
 class NetworkTrainer(NetworkReader, Protocol):
-    """A kind of animator whose network is learned."""
+    """A kind of animator that trains its network, see `kind.NetworkKind`."""
 
-    def learned(
+    def train(
         self,
         frames: SplitFrames,
         config: Any,
@@ -39,7 +38,7 @@ class NetworkTrainer(NetworkReader, Protocol):
         checkpoints: Path | None,
         tell: Callable[[str, int, int], None],
     ) -> tuple[Network, dict[str, float]]:
-        """The network and its figures, see `kind.CoarseKind.learned`."""
+        """Trains a network; returns it and its figures. See `kind.NetworkKind.train`."""
         ...
 
 
@@ -52,54 +51,52 @@ def fit(
     progress: Progress | None = None,
     checkpoints: Path | None = None,
 ) -> Weights:
-    """Learn from takes of many garments; or go on from a model, with takes of one garment or more.
+    """Trains a network on takes of many garments, or continues from a model with takes of one garment or more.
 
-    Some subjects and some garments are held out: the epoch that is kept is the one that errs least on them.
+    Some subjects and some garments are held out. The epoch with the smallest error on them is kept.
 
     Args:
-        kind: What is fitted.
+        kind: The kind of animator.
         data: Takes of proxies.
-        config: Its options.
-        seed: Seed of all that is random.
-        progress: Called with stage, steps done and steps in all.
-        checkpoints: A folder for the state of the training: a fit that was killed goes on from there.
+        config: Options of the fit.
+        seed: Seed of everything random.
+        progress: Called with the stage, the steps done and the number of steps.
+        checkpoints: Folder for the state of the training, from which a killed fit continues.
 
     Raises:
-        BadDataset: Fewer than three garments, or nothing to learn from or to choose by.
-        BadInput: What is to be gone on from is another animator.
+        BadDataset: There are fewer than three garments, or no takes to train on or to choose epochs by.
+        BadInput: The model to continue from is another animator.
         BadModel: The training diverged.
     """
     tell = progress or (lambda *_: None)
     start = _starting_weights(kind.name, config.start) if config.start else None
     config = config if start is None else replace(start.config, **_training_options(config))
-    sides = split_takes(data, config.held_out, garments=start is None)
-    if not sides["train"] or not any(sides[name] for name in HELD_OUT):
+    splits = split_takes(data, config.held_out, garments=start is None)
+    if not splits["train"] or not any(splits[name] for name in HELD_OUT):
         raise BadDataset(f"{kind.name} needs takes to learn from and takes to choose by", "none", "simulate more clips")
-    mark = content_hash(asdict(config) | {"seed": seed, "takes": [each.row.name for each in sides["train"]]})
+    mark = content_hash(asdict(config) | {"seed": seed, "takes": [each.row.name for each in splits["train"]]})
     with checkpoint_folder(checkpoints) as folder:
         walk = TakeWalk(config.size, config.stride)
         frames = SplitFrames.of(
-            data, sides, walk, folder / "frames", jobs=config.jobs, tell=lambda *done: tell("read", *done)
+            data, splits, walk, folder / "frames", jobs=config.jobs, tell=lambda *done: tell("read", *done)
         )
         before = None if start is None else start.network
-        network, figures = kind.learned(
-            frames, config, start=before, seed=seed, mark=mark, checkpoints=folder, tell=tell
-        )
-    garments = sorted({each.dataset for each in sides["train"]})
-    figures |= {"garments": float(len(garments)), "takes": float(len(sides["train"]))}
-    known = Relatives.of_garments([proxy_of(data.garments[each], config.size)[0] for each in garments])
+        network, figures = kind.train(frames, config, start=before, seed=seed, mark=mark, checkpoints=folder, tell=tell)
+    garments = sorted({each.dataset for each in splits["train"]})
+    figures |= {"garments": float(len(garments)), "takes": float(len(splits["train"]))}
+    relatives = Relatives.of_garments([proxy_of(data.garments[each], config.size)[0] for each in garments])
     if start is not None:
-        known = start.relatives.joined(known)
-    return Weights(kind, config, network, known, figures, licences_of(data)).rounded()
+        relatives = start.relatives.merge(relatives)
+    return Weights(kind, config, network, relatives, figures, licences_of(data)).as_stored()
 
 
 def _training_options(config: CoarseConfig) -> dict[str, Any]:
-    """Options of how it is learned; the others are those of the weights that are gone on from."""
+    """Returns the options that a fit does not take from the weights that it continues from."""
     return {each.name: getattr(config, each.name) for each in fields(config) if each.name not in config.SIZES}
 
 
 def _starting_weights(kind: str, name: str) -> Weights:
-    """The weights of a model to go on from."""
+    """Loads the weights of a model to continue from."""
     model = load(name)
     weights = getattr(model, "weights", None)
     if model.name != kind or not isinstance(weights, Weights):
@@ -108,30 +105,32 @@ def _starting_weights(kind: str, name: str) -> Weights:
 
 
 def licences_of(data: Collection) -> list[str]:
-    """Terms of the bodies, of the garments' meshes and of the motions, each once."""
-    found = {bodies.load(garment.body_name).licence for garment in data.garments}
-    found |= {text for garment in data.garments for text in garment_terms(garment)}
+    """Returns the licence terms of the bodies, of the garments' meshes and of the motions, each once."""
+    terms = {body.licence for body in data.bodies}
+    terms |= {text for garment in data.garments for text in garment_terms(garment)}
     for entry in data.clips():
-        found.add(take_metadata(data.datasets[entry.dataset].path(entry.row.name))["motion"]["licence"])
-    return list(as_stated(sorted(found)))
+        terms.add(take_metadata(data.datasets[entry.dataset].path(entry.row.name))["motion"]["licence"])
+    return list(as_stated(sorted(terms)))
 
 
 def split_takes(data: Collection, held_out: float, *, garments: bool = True) -> dict[str, list[Entry]]:
-    """Takes to learn from, and those of new subjects, of new garments, and of both.
+    """Splits takes into those to train on and those of new subjects, of new garments and of both.
 
     Args:
         data: The datasets.
-        held_out: Share of the frames that each split holds out.
-        garments: Whether garments are held out, too.
+        held_out: Fraction of the frames that each split holds out.
+        garments: Whether garments are held out as well as subjects.
+
+    Returns:
+        The takes of `train` and of each split in `HELD_OUT`.
     """
-    shares = (1 - held_out, held_out, 0.0)
-    clips = {take_id(entry) for entry in data.split("train", by="subject", fractions=shares)}
-    known = {
-        take_id(entry) for entry in (data.split("train", by="garment", fractions=shares) if garments else data.clips())
-    }
-    found: dict[str, list[Entry]] = {name: [] for name in ("train", *HELD_OUT)}
+    fractions = (1 - held_out, held_out, 0.0)
+    clips = {take_id(entry) for entry in data.split("train", by="subject", fractions=fractions)}
+    of_garments = data.split("train", by="garment", fractions=fractions) if garments else data.clips()
+    known = {take_id(entry) for entry in of_garments}
+    splits: dict[str, list[Entry]] = {name: [] for name in ("train", *HELD_OUT)}
     for entry in data.clips():
         clip, garment = take_id(entry) in clips, take_id(entry) in known
         name = "train" if clip and garment else "new_clip" if garment else "new_garment" if clip else "both_new"
-        found[name].append(entry)
-    return found
+        splits[name].append(entry)
+    return splits

@@ -1,4 +1,4 @@
-"""Frames of one garment on one body, as a network learns from them."""
+"""Training frames of one garment on one body."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -7,20 +7,26 @@ from typing import Self
 
 import numpy as np
 
+from hemline import bodies
 from hemline.animators.coarse.proxy_on_body import Cells
 from hemline.arrays import Bool, Faces, Float, Int
 from hemline.meshes import edges
 
+KEYS = {"features": "told", "displacements": "apart"}
+"""Names of arrays in files, where they differ from the names of the attributes."""
+
 
 @dataclass(frozen=True, eq=False)
 class GarmentFrames:
-    """What is known of a proxy on a body, and of some frames of the takes of it.
+    """A proxy on a body, with some frames of its takes.
 
-    Frames are seen from the heading of the body's pelvis, which is the origin. Arrays may be mapped from a file.
+    Frames are in the coordinates of a `PelvisFrame`. Arrays may be mapped from a file.
     """
 
     body_name: str
+    """Name of the body."""
     faces: Faces
+    """Triangles of the proxy."""
     cut: Float[np.ndarray, "verts 3"]
     """The proxy as it was made for that body, before it settled [m]."""
     fit: Float[np.ndarray, "verts 7"]
@@ -32,42 +38,49 @@ class GarmentFrames:
     static: Float[np.ndarray, "verts static"]
     """Features of vertices that do not change, see `ProxyOnBody.static`."""
     cell: Int[np.ndarray, " verts"]
+    """Cell of each vertex, see `Cells.cell`."""
     near: Int[np.ndarray, "verts near"]
+    """Cells that reach each vertex, see `Cells.near`."""
     shares: Float[np.ndarray, "verts near"]
-    """These three: see `LimbGrid`."""
+    """Weights of these cells, see `Cells.shares`."""
     take: Int[np.ndarray, " frames"]
-    """Which take each frame is of."""
+    """Number of the take of each frame."""
     frame: Int[np.ndarray, " frames"]
-    """Which frame of it."""
+    """Number of each frame in its take."""
     wanted: Bool[np.ndarray, " frames"]
-    """Whether it was asked for; the others are the two before one that was."""
-    told: Float[np.ndarray, "frames verts dynamic"]
-    """Features that change, see `Trail.told`; float16."""
+    """Whether a frame is trained on; the others are the two frames before one that is."""
+    features: Float[np.ndarray, "frames verts dynamic"]
+    """Features that change, see `Trail.features`; float16."""
     turns: Float[np.ndarray, "frames verts 4"]
-    """From the turned frame of each vertex to the frame's own, wxyz; float16."""
-    apart: Float[np.ndarray, "frames verts 3"]
-    """Where the truth is, from where skinning puts each vertex, in its turned frame; float16 [m]."""
+    """Rotation from the frame of each vertex to the pelvis frame, wxyz; float16."""
+    displacements: Float[np.ndarray, "frames verts 3"]
+    """Displacement of the truth from skinning, in the rotated frame of each vertex; float16 [m]."""
     truth: Float[np.ndarray, "frames verts 3"]
-    """The garment of the truth [m]."""
+    """Simulated positions [m]."""
     motion: Float[np.ndarray, "frames poses 75"]
-    """The last poses, see `Times.window`; float16."""
+    """The last poses, see `PoseHistory.window`; float16."""
     transforms: Float[np.ndarray, "frames joints 3 4"]
     """Skinning transforms of the joints [m]."""
     joints: Float[np.ndarray, "frames joints 3"]
     """Positions of the joints [m]."""
     body: Float[np.ndarray, "frames body"]
-    """Betas, axis-angles of the pose."""
+    """Betas and axis-angles of the pose."""
     heading: Float[np.ndarray, "frames 3 3"]
-    """Rotations from the frame's own heading to the world."""
+    """Rotations from the pelvis frame to the world."""
+
+    @property
+    def on_body(self) -> bodies.Body:
+        """The body that the takes are of."""
+        return bodies.load(self.body_name)
 
     @classmethod
     def of(cls, body_name: str, arrays: Mapping[str, np.ndarray]) -> Self:
-        """From arrays by the names of the attributes, and the name of the body."""
-        return cls(body_name, **{name: arrays[name] for name in cls._names()})
+        """Makes frames from the name of the body and the arrays of a file."""
+        return cls(body_name, **{name: arrays[KEYS.get(name, name)] for name in cls._names()})
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """By the names of the attributes."""
-        return {name: getattr(self, name) for name in self._names()}
+        """Returns the arrays by their names in a file."""
+        return {KEYS.get(name, name): getattr(self, name) for name in self._names()}
 
     @classmethod
     def _names(cls) -> list[str]:
@@ -79,7 +92,7 @@ class GarmentFrames:
 
     @cached_property
     def cells(self) -> Cells:
-        """The cells that it is cut into."""
+        """Cells of the proxy."""
         return Cells(np.array(self.cell), np.array(self.near), np.array(self.shares))
 
     @cached_property
@@ -89,14 +102,14 @@ class GarmentFrames:
 
     @cached_property
     def before(self) -> Int[np.ndarray, "frames 2"]:
-        """Which frames come one and two before each; the frame itself where that is not among them."""
-        known = {at: row for row, at in enumerate(zip(self.take.tolist(), self.frame.tolist(), strict=True))}
-        found = [
-            [known.get((take, max(frame - back, 0)), row) for back in (1, 2)] for (take, frame), row in known.items()
+        """Rows of the frames one and two before each; its own row if such a frame is missing."""
+        row_of = {at: row for row, at in enumerate(zip(self.take.tolist(), self.frame.tolist(), strict=True))}
+        rows = [
+            [row_of.get((take, max(frame - back, 0)), row) for back in (1, 2)] for (take, frame), row in row_of.items()
         ]
-        return np.array(found, np.int64).reshape(-1, 2)
+        return np.array(rows, np.int64).reshape(-1, 2)
 
     @property
     def skinned_mm(self) -> float:
         """Mean distance of the truth from skinning [mm]."""
-        return 1e3 * float(np.linalg.norm(np.asarray(self.apart, np.float32), axis=2).mean())
+        return 1e3 * float(np.linalg.norm(np.asarray(self.displacements, np.float32), axis=2).mean())

@@ -1,4 +1,4 @@
-"""Frames of takes, and what each is for: to learn from, or to choose by."""
+"""Frames of takes, split into those to train on and those to choose the best epoch by."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,54 +11,55 @@ from hemline.arrays import Int
 from hemline.datasets.collection import Collection, Entry
 from hemline.sim.takes.jobs import Progress, ignore_progress
 
-from .walk import TakeWalk, walk_takes
 from .garment_frames import GarmentFrames
+from .walk import TakeWalk, walk_takes
 
 HELD_OUT = ("new_clip", "new_garment", "both_new")
-"""What epochs are chosen by: takes of subjects, of garments, or of both that are not learned from."""
+"""Splits that epochs are chosen by: takes of new subjects, of new garments, or of both."""
 
 
 @dataclass(frozen=True, eq=False)
 class SplitFrames:
-    """Frames garment by garment and body by body."""
+    """Frames by garment and body, each with the name of its split."""
 
     groups: Sequence[GarmentFrames]
+    """Frames of each garment on a body."""
     splits: Sequence[np.ndarray]
-    """What each frame is for, in an array for each garment on a body: `train` or one of `HELD_OUT`."""
+    """Split of each frame of each group: `train` or one of `HELD_OUT`."""
 
     @classmethod
     def of(
         cls,
         data: Collection,
-        sides: Mapping[str, Sequence[Entry]],
+        splits: Mapping[str, Sequence[Entry]],
         walk: TakeWalk,
         folder: Path,
         *,
         jobs: int = 1,
         tell: Progress = ignore_progress,
     ) -> Self:
-        """Frames of takes, see `walk.walked`.
+        """Extracts frames from takes, see `walk.walk_takes`.
 
         Args:
             data: The datasets.
-            sides: The takes by what they are for.
-            walk: Which frames.
-            folder: Where they are kept.
-            jobs: Processes that walk.
-            tell: Called with the garments on bodies done and in all.
+            splits: The takes by the names of their splits.
+            walk: Frames to extract.
+            folder: Folder for the frames.
+            jobs: Number of processes.
+            tell: Called with the groups done and the number of groups.
         """
-        side_of = {take_id(entry): name for name, entries in sides.items() for entry in entries}
-        entries = [entry for each in sides.values() for entry in each]
-        worn, takes = walk_takes(data, entries, walk, folder, jobs=jobs, tell=tell)
-        found = [np.array([side_of[take_id(each)] for each in own]) for own in takes]
-        return cls(worn, [own[np.asarray(each.take)] for each, own in zip(worn, found, strict=True)])
+        split_of = {take_id(entry): name for name, entries in splits.items() for entry in entries}
+        entries = [entry for each in splits.values() for entry in each]
+        groups, takes = walk_takes(data, entries, walk, folder, jobs=jobs, tell=tell)
+        names = [np.array([split_of[take_id(each)] for each in own]) for own in takes]
+        return cls(groups, [own[np.asarray(each.take)] for each, own in zip(groups, names, strict=True)])
 
-    def part(self, side: str) -> list[tuple[GarmentFrames, Int[np.ndarray, " frames"]]]:
-        """The frames of one side: those of each garment on a body that has some, and their numbers."""
-        rows = [(each, np.flatnonzero(own == side)) for each, own in zip(self.groups, self.splits, strict=True)]
+    def part(self, split: str) -> list[tuple[GarmentFrames, Int[np.ndarray, " frames"]]]:
+        """Returns the groups that have frames of one split, each with the rows of these frames."""
+        rows = [(each, np.flatnonzero(own == split)) for each, own in zip(self.groups, self.splits, strict=True)]
         return [(each, own) for each, own in rows if len(own)]
 
 
 def take_id(entry: Entry) -> tuple[int, str]:
-    """Which take it is."""
+    """Returns the number of the dataset and the name of a take."""
     return entry.dataset, entry.row.name

@@ -1,4 +1,4 @@
-"""Takes walked through as the player walks through a motion, once: what networks learn from is kept in files."""
+"""Extracts training frames from takes by stepping through each take once, as the player steps through a motion."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from hemline.animators.coarse.features.pelvis_frame import PelvisFrame, body_inputs
+from hemline.animators.coarse.features.pose_history import PoseHistory
 from hemline.animators.coarse.features.rest_features import fit_features, vertex_masses
-from hemline.animators.coarse.features.seen import PelvisFrame, PoseHistory, body_inputs
 from hemline.animators.coarse.features.trail import Trail
 from hemline.animators.simulated_proxy import QUALITY_LEVELS
 from hemline.arrays import Float
@@ -24,25 +25,27 @@ from .dataset_proxy import DatasetProxy, proxy_of_dataset
 from .garment_frames import GarmentFrames
 
 FRAMES_VERSION = 1
-"""Raised when the same takes give other frames than before."""
+"""Version of the frames; raise it when the same takes give other frames than before."""
 FRAMES_KIND = "frames"
+"""Kind of the files, see `docs/format.md`."""
 HALF_PRECISION = ("told", "turns", "apart", "motion")
-"""Arrays that are kept in half precision."""
+"""Names of the arrays that are stored in half precision."""
 
 
 class _Damaged(BadDataset):
-    """A file of frames that is not whole."""
+    """A file of frames is damaged."""
 
 
 @dataclass(frozen=True)
 class TakeWalk:
-    """Which frames are kept, of proxies of which size."""
+    """Which frames to extract. Field names enter a hash, so that they must not change."""
 
     size: ProxySize
+    """Size of the proxies."""
     stride: int
-    """Every so many frames of a clip are kept."""
+    """Interval between the frames of a clip that are trained on [frames]."""
     recent: int = 2
-    """How many frames before each of them are kept, too."""
+    """Number of frames before each of them that are extracted with it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +53,9 @@ class GarmentGroup:
     """Takes of one garment on one body."""
 
     folder: Path
-    """The dataset."""
+    """Folder of the dataset."""
     betas: tuple[float, ...]
+    """Shape of the body."""
     names: tuple[str, ...]
     """Names of the takes."""
 
@@ -59,20 +63,20 @@ class GarmentGroup:
 def walk_takes(
     data: Collection, entries: Sequence[Entry], walk: TakeWalk, folder: Path, *, jobs: int, tell: Progress
 ) -> tuple[list[GarmentFrames], list[list[Entry]]]:
-    """Frames of takes, garment by garment and body by body.
+    """Extracts the frames of takes, by garment and body.
 
-    Each group of takes is walked through once, and its frames are kept in a file: a call that was killed goes on.
+    The frames of each group of takes are stored in a file, so that a killed call continues where it stopped.
 
     Args:
         data: The datasets.
         entries: The takes.
-        walk: Which frames.
-        folder: Where the files are kept.
-        jobs: Processes that walk.
-        tell: Called with the groups done and in all.
+        walk: Frames to extract.
+        folder: Folder for the files.
+        jobs: Number of processes.
+        tell: Called with the groups done and the number of groups.
 
     Returns:
-        The frames of each group, mapped from its file; and its takes, which `WornFrames.take` counts.
+        The frames of each group, mapped from its file, and its takes in the order that `GarmentFrames.take` counts.
 
     Raises:
         BadDataset: A take cannot be read.
@@ -96,8 +100,8 @@ def walk_takes(
         done += 1
         tell(done, len(groups))
 
-    with workers(jobs) as those:
-        run_jobs((job(*each) for each in zip(groups, paths, strict=True)), those)
+    with workers(jobs) as processes:
+        run_jobs((job(*each) for each in zip(groups, paths, strict=True)), processes)
     return [_map_file(path) for path in paths], list(members.values())
 
 
@@ -107,8 +111,8 @@ def _map_file(path: Path) -> GarmentFrames:
 
 
 def _mark(group: GarmentGroup, walk: TakeWalk) -> str:
-    """The name of a file: a hash of all that it depends on."""
-    # names of takes are hashes of all that they were made of
+    """Returns the name of a file: a hash of everything that it depends on."""
+    # the name of a take is a hash of everything that it was made from
     return content_hash(asdict(walk) | {"version": FRAMES_VERSION, "betas": group.betas, "names": group.names})
 
 
@@ -122,17 +126,17 @@ def _is_whole(path: Path) -> bool:
     return True
 
 
-def _walk_group(walk: TakeWalk, given: tuple[GarmentGroup, Path], tell: Progress) -> None:
-    """Walk through the takes of a group, and write its file."""
-    group, path = given
+def _walk_group(walk: TakeWalk, task: tuple[GarmentGroup, Path], tell: Progress) -> None:
+    """Steps through the takes of a group and writes its file."""
+    group, path = task
     dataset = open_dataset(group.folder)
-    worn = proxy_of_dataset(dataset, group.betas, walk.size)
+    on_body = proxy_of_dataset(dataset, group.betas, walk.size)
     rows = {row.name: row for row in dataset.rows()}
-    found: list[dict[str, Any]] = []
+    extracted: list[dict[str, Any]] = []
     for number, name in enumerate(group.names):
-        found += frames_of(worn, dataset.take(rows[name]), walk, number)
-    proxy = worn.proxy
-    arrays: dict[str, Any] = {name: np.stack([each[name] for each in found]) for name in found[0]} if found else {}
+        extracted += frames_of(on_body, dataset.take(rows[name]), walk, number)
+    proxy, names = on_body.proxy, extracted[0] if extracted else ()
+    arrays: dict[str, Any] = {name: np.stack([each[name] for each in extracted]) for name in names}
     arrays |= {name: arrays[name].astype(np.float16) for name in HALF_PRECISION if name in arrays}
     arrays |= {
         "faces": proxy.garment.faces,
@@ -145,66 +149,66 @@ def _walk_group(walk: TakeWalk, given: tuple[GarmentGroup, Path], tell: Progress
         "near": proxy.cells.near,
         "shares": proxy.cells.shares,
     }
-    if not found:
+    if not extracted:
         cure = "ask for a smaller stride"
         raise BadDataset("a take must have a frame to learn from", f"none in {group.folder}", cure)
     frames = GarmentFrames.of(proxy.garment.body_name, arrays)
     write_tensors(path, frames.arrays(), {"kind": FRAMES_KIND, "garment": proxy.garment.name, "body": frames.body_name})
 
 
-def frames_of(worn: DatasetProxy, take: Take, walk: TakeWalk, number: int) -> Iterator[dict[str, Any]]:
-    """The kept frames of a take, by the names of `GarmentFrames`.
+def frames_of(on_body: DatasetProxy, take: Take, walk: TakeWalk, number: int) -> Iterator[dict[str, Any]]:
+    """Extracts the frames of a take, by the names of the arrays in files of `GarmentFrames`.
 
-    As in play, the proxy is simulated until the lead-in is over, and is known to lie there then. A take that was
-    simulated with the same settings says itself where that is.
+    As in play, the proxy is simulated until the end of the lead-in, and where it lies then is its beginning. If the
+    take was simulated with the same settings, its own vertices are used.
 
     Args:
-        worn: The garment on its body.
+        on_body: The proxy on its body.
         take: The take.
-        walk: Which frames.
-        number: What `WornFrames.take` calls it.
+        walk: Frames to extract.
+        number: Number of the take in `GarmentFrames.take`.
     """
-    proxy, dt = worn.proxy, 1 / take.motion.fps
+    proxy, dt = on_body.proxy, 1 / take.motion.fps
     wanted = {frame for frame in take.clip_frames.tolist() if frame % walk.stride == 0}
     needed = {max(frame - back, 0) for frame in wanted for back in range(walk.recent + 1)} & set(
         take.clip_frames.tolist()
     )
-    trail, times, lay = None, PoseHistory.always(take.motion[0]), _beginning_positions(worn, take)
+    trail, poses, beginning = None, PoseHistory.standing(take.motion[0]), _beginning_positions(on_body, take)
     for frame in range(max(needed, default=-1) + 1):
         pose = take.motion[frame]
         posed = proxy.shaped.posed(pose)
         if trail is None:
             trail = Trail.start(proxy, posed)
         else:
-            trail, times = trail.stepped(proxy, posed, dt), times.followed(pose, dt)
+            trail, poses = trail.advance(proxy, posed, dt), poses.advance(pose, dt)
         if frame == max(0, int(take.lead_in.sum()) - 1):
-            trail = trail.begun(lay)
+            trail = trail.with_beginning(beginning)
         if frame not in needed:
             continue
-        seen, truth = PelvisFrame.of(pose), take.vertices[frame][worn.vertex_ids]
+        local, truth = PelvisFrame.of(pose), take.vertices[frame][on_body.vertex_ids]
         yield {
             "take": np.int32(number),
             "frame": np.int32(frame),
             "wanted": np.bool_(frame in wanted),
-            "told": trail.told(proxy, posed),
-            "turns": seen.turns(trail.turns),
-            "apart": trail.turned_back(truth),
-            "truth": seen.into(truth),
-            "motion": times.window(),
-            "transforms": seen.transforms(posed),
-            "joints": seen.into(posed.joints),
-            "body": body_inputs(proxy.shaped, posed, seen),
-            "heading": seen.turn.astype(np.float32),
+            "told": trail.features(proxy, posed),
+            "turns": local.local_turns(trail.turns),
+            "apart": trail.local_offsets(truth),
+            "truth": local.to_local(truth),
+            "motion": poses.window(),
+            "transforms": local.local_transforms(posed),
+            "joints": local.to_local(posed.joints),
+            "body": body_inputs(proxy.shaped, posed, local),
+            "heading": local.turn.astype(np.float32),
         }
 
 
-def _beginning_positions(worn: DatasetProxy, take: Take) -> Float[np.ndarray, "verts 3"]:
-    """Where a simulation as in play has brought the proxy when the lead-in is over [m]."""
-    proxy, last = worn.proxy, int(take.lead_in.sum()) - 1
+def _beginning_positions(on_body: DatasetProxy, take: Take) -> Float[np.ndarray, "verts 3"]:
+    """Returns the positions of the proxy at the end of the lead-in, simulated as in play [m]."""
+    proxy, last = on_body.proxy, int(take.lead_in.sum()) - 1
     same = content_hash(take.inputs.get("settings", {})) == content_hash(asdict(QUALITY_LEVELS["good"].settings()))
     if last >= 0 and same:
-        return take.vertices[last][worn.vertex_ids]
-    state = worn.simulator.start(proxy.shaped.posed(take.motion[0]))
+        return take.vertices[last][on_body.vertex_ids]
+    state = on_body.simulator.start(proxy.shaped.posed(take.motion[0]))
     for frame in range(1, last + 1):
-        state = worn.simulator.step(state, proxy.shaped.posed(take.motion[frame]), 1 / take.motion.fps)
+        state = on_body.simulator.step(state, proxy.shaped.posed(take.motion[frame]), 1 / take.motion.fps)
     return state.positions.astype(np.float32)

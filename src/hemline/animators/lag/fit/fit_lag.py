@@ -23,19 +23,19 @@ def fit_lag(
     checkpoints: Path | None,
     tell: Callable[[str, int, int], None],
 ) -> tuple[LagNetwork, dict[str, float]]:
-    """Learn.
+    """Trains a lag network.
 
     Args:
-        frames: Frames to learn from, `train`, and frames to choose the best epoch by, by what is new about them.
-        config: Options.
-        start: What to go on from; None: from skinning.
-        seed: Seed of all that is random.
-        mark: Hash of all that the fit depends on.
-        checkpoints: A folder for the state of the training; None: it is not kept.
-        tell: Called with stage, steps done and steps in all.
+        frames: Frames to train on and frames to choose the best epoch by.
+        config: Options of the fit.
+        start: Network to continue from; None starts from skinning.
+        seed: Seed of everything random.
+        mark: Hash of everything that the fit depends on.
+        checkpoints: Folder for the state of the training; None keeps none.
+        tell: Called with the stage, the steps done and the number of steps.
 
     Returns:
-        The network, and its errors on each side beside those of skinning, mean distance of proxy vertices.
+        The network, and the mean distances of its proxy vertices and of skinned ones from the truth on each split.
 
     Raises:
         BadModel: The training diverged.
@@ -51,25 +51,25 @@ def fit_lag(
         net.load_weights(start.net)
     objective = LagObjective(net, train, valid, config)
     trainer = Trainer(objective, Schedule(config.epochs, config.garments, config.rate, seed, config.threads))
-    kept = Checkpoint(checkpoints / "lag.safetensors", mark, 1, seconds=60.0) if checkpoints else None
-    trainer.run(checkpoint=kept, progress=lambda *done: tell("learn", *done))
+    checkpoint = Checkpoint(checkpoints / "lag.safetensors", mark, 1, seconds=60.0) if checkpoints else None
+    trainer.run(checkpoint=checkpoint, progress=lambda *done: tell("learn", *done))
     figures = {"frames": float(sum(len(each) for each in train))}
     for name, each in samples.items():
         if each:
             figures[f"{name}_mm"] = 1e3 * _mean(objective.errors(each), each)
             figures[f"{name}_skinned_mm"] = 1e3 * _mean([_skinning_error(one) for one in each], each)
-    return LagNetwork(net.played()), figures
+    return LagNetwork(net.to_runtime()), figures
 
 
 def scales(samples: Sequence[GarmentSamples]) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and spread of each feature, float32; of a feature that is always the same the spread is 1."""
+    """Returns mean and spread of each feature, float32; the spread of a constant feature is 1."""
     count, sums = 0, np.zeros(STATIC_COUNT + DYNAMIC_COUNT)
     squares = sums.copy()
     for each in samples:
-        told = each.told(np.arange(0, len(each), max(1, len(each) // 20))).astype(np.float64)
-        frames, verts = told.shape[:2]
-        static = np.broadcast_to(each.worn.static.astype(np.float64), (frames, *each.worn.static.shape))
-        rows = np.concatenate([static, told], axis=2).reshape(frames * verts, -1)
+        features = each.features(np.arange(0, len(each), max(1, len(each) // 20))).astype(np.float64)
+        frames, verts = features.shape[:2]
+        static = np.broadcast_to(each.frames.static.astype(np.float64), (frames, *each.frames.static.shape))
+        rows = np.concatenate([static, features], axis=2).reshape(frames * verts, -1)
         sums, squares, count = sums + rows.sum(axis=0), squares + (rows**2).sum(axis=0), count + len(rows)
     mean = sums / count
     spread = np.sqrt(np.maximum(squares / count - mean**2, 0))
@@ -77,7 +77,7 @@ def scales(samples: Sequence[GarmentSamples]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _skinning_error(samples: GarmentSamples) -> float:
-    return float(np.linalg.norm(samples.apart(), axis=2).mean())
+    return float(np.linalg.norm(samples.displacements(), axis=2).mean())
 
 
 def _mean(errors: Sequence[float], samples: Sequence[GarmentSamples]) -> float:

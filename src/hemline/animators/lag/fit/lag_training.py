@@ -1,4 +1,4 @@
-"""The lag network while it is trained (torch)."""
+"""The training of the lag network with torch."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ from hemline.animators.coarse.features.mirror import VECTOR, dynamic_mirror, sta
 from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, DYNAMIC_COUNT, STATIC_COUNT, Cells
 from hemline.animators.lag.lag_net import LagNet, layer_sizes
 
-from .lag_samples import ALL, Ends, GarmentSamples
+from .lag_samples import ALL, GarmentSamples, Selection
 
 VALIDATION_STRIDE = 4
-"""Every so many samples of a garment are looked at after an epoch."""
+"""Interval between the samples of a garment that are validated after an epoch."""
 
 
 class TorchLagNet(nn.Module):
-    """As `LagNet`, whose formula it is, for several frames of one garment."""
+    """The network of `LagNet` for several frames of one garment; `LagNet` has the formula."""
 
     def __init__(self, width: int, mean: np.ndarray, spread: np.ndarray, seed: int, precision: str = "float32"):
         super().__init__()
@@ -32,15 +32,21 @@ class TorchLagNet(nn.Module):
             self.biases[name] = nn.Parameter(torch.zeros(columns))
         self.mean, self.spread = torch.from_numpy(mean), torch.from_numpy(spread)
 
-    def forward(self, static: torch.Tensor, told: torch.Tensor, cells: "TorchCells") -> torch.Tensor:
-        """Displacements (frames, verts, 3) [m] of static (verts, ...) and told (frames, verts, ...) features."""
-        frames, count = told.shape[:2]
-        inputs = torch.cat([static.expand(frames, count, -1), told], dim=2)
+    def forward(self, static: torch.Tensor, features: torch.Tensor, cells: "TorchCells") -> torch.Tensor:
+        """Predicts displacements (frames, verts, 3) [m].
+
+        Args:
+            static: Features that do not change (verts, static).
+            features: Features that change (frames, verts, dynamic).
+            cells: Cells of the vertices.
+        """
+        frames, count = features.shape[:2]
+        inputs = torch.cat([static.expand(frames, count, -1), features], dim=2)
         h = self._layer("first", (inputs - self.mean) / self.spread)
         h = self._layer("second", h)
         c = self._layer("cell", cells.mean(h.float()))
         c = self._layer("all_cells", torch.cat([c, c.mean(dim=1, keepdim=True).expand_as(c)], dim=2))
-        h = self._layer("third", torch.cat([h, cells.heard(c)], dim=2))
+        h = self._layer("third", torch.cat([h, cells.gather(c)], dim=2))
         return h.float() @ self.weights["fourth"] + self.biases["fourth"]
 
     def _layer(self, name: str, inputs: torch.Tensor) -> torch.Tensor:
@@ -48,7 +54,7 @@ class TorchLagNet(nn.Module):
         return torch.relu(products + self.biases[name].to(self.precision))
 
     def load_weights(self, net: LagNet) -> None:
-        """Begin with the weights of one that plays."""
+        """Takes the weights of a network at run time."""
         with torch.no_grad():
             for name, weight in self.weights.items():
                 weight.copy_(torch.from_numpy(net.weights[name]))
@@ -56,8 +62,8 @@ class TorchLagNet(nn.Module):
             self.biases["first"] += self.mean @ self.weights["first"]
             self.weights["first"] *= self.spread[:, None]
 
-    def played(self) -> LagNet:
-        """What plays, with the scales folded in."""
+    def to_runtime(self) -> LagNet:
+        """Returns the network for run time, with the scales of features folded into its weights."""
         arrays = {name: weight.detach().numpy().copy() for name, weight in self.weights.items()}
         biases = {name: bias.detach().numpy().copy() for name, bias in self.biases.items()}
         biases["first"] -= (self.mean.numpy() / self.spread.numpy()) @ arrays["first"]
@@ -67,7 +73,7 @@ class TorchLagNet(nn.Module):
 
 @dataclass(frozen=True)
 class TorchCells:
-    """`LimbGrid` for torch."""
+    """The tensors of `Cells`."""
 
     count: int
     cell: torch.Tensor
@@ -76,22 +82,22 @@ class TorchCells:
 
     @classmethod
     def of(cls, cells: Cells) -> "TorchCells":
-        """Those of a garment."""
+        """Converts the cells of a garment."""
         arrays = (torch.from_numpy(each) for each in (cells.cell, cells.near, cells.shares))
         return cls(cells.count, *arrays)
 
     def at(self, ends: np.ndarray) -> "TorchCells":
-        """Those of some vertices."""
+        """Returns the cells of some vertices."""
         return TorchCells(self.count, self.cell[ends], self.near[ends], self.shares[ends])
 
     def mean(self, h: torch.Tensor) -> torch.Tensor:
-        """Mean of the vertices of each cell."""
+        """Averages the features of the vertices of each cell."""
         sums = torch.zeros(h.shape[0], self.count, h.shape[2]).index_add(1, self.cell, h)
         sizes = torch.bincount(self.cell, minlength=self.count).clamp(min=1)
         return sums / sizes[:, None]
 
-    def heard(self, c: torch.Tensor) -> torch.Tensor:
-        """What each vertex hears from the cells near it."""
+    def gather(self, c: torch.Tensor) -> torch.Tensor:
+        """Sums up the weighted features of the cells that reach each vertex."""
         frames, count = c.shape[0], len(self.near)
         return (c[:, self.near.reshape(-1)].reshape(frames, count, -1, c.shape[2]) * self.shares[:, :, None]).sum(dim=2)
 
@@ -99,7 +105,7 @@ class TorchCells:
 class LagObjective:
     r"""Mean distance of vertices, and of edge vectors in edges: $|x - x^*| + w \, |e - e^*|$ over the vertices.
 
-    The distance, not its square: of a loose garment in one and the same motion there are several truths, far apart.
+    The distance is not squared, since a loose garment has several truths in the same motion that lie far apart.
     """
 
     name = "lag network"
@@ -114,27 +120,27 @@ class LagObjective:
             for first in range(0, len(each) - config.frames + 1, config.frames)
         ]
         self._chunks = chunks
-        missed = np.array([np.linalg.norm(each.apart(), axis=2).mean() for each in train])
-        weights = (missed + 1e-3) ** -config.evenness
+        errors = np.array([np.linalg.norm(each.displacements(), axis=2).mean() for each in train])
+        weights = (errors + 1e-3) ** -config.evenness
         self._weights = weights / np.average(weights, weights=[len(each) for each in train])
 
     @property
     def parameters(self) -> Sequence[torch.Tensor]:
-        """The tensors that are changed in place."""
+        """Tensors that the training changes in place."""
         return list(self.net.parameters())
 
     @property
     def samples(self) -> np.ndarray:
-        """Numbers of chunks of frames of one garment."""
+        """Numbers of the samples; each is a chunk of frames of one garment."""
         return np.arange(len(self._chunks))
 
     def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
-        """Mean over garments."""
-        drawn = [self._drawn(int(self._chunks[number][0]), random) for number in chosen]
-        return torch.stack([float(self._weights[each.garment]) * self._loss(each) for each in drawn[mine]]).mean()
+        """Returns the mean loss over garments."""
+        draws = [self._draw(int(self._chunks[number][0]), random) for number in chosen]
+        return torch.stack([float(self._weights[each.garment]) * self._loss(each) for each in draws[mine]]).mean()
 
-    def _drawn(self, garment: int, random: np.random.Generator) -> "_Drawn":
-        """Frames of a garment, edges of it, and what is hidden."""
+    def _draw(self, garment: int, random: np.random.Generator) -> "_FrameDraw":
+        """Draws frames and edges of a garment, and how they are shown."""
         ready, config = self.train[garment], self.config
         frames = np.sort(random.choice(ready.count, config.frames, replace=False))
         mirrored = config.mirrored and random.random() < 0.5
@@ -143,40 +149,42 @@ class LagObjective:
         return _FrameDraw(garment, frames, edges, mirrored, random.random() < config.unknown)
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
-        """Mean distance of vertices in some of the frames, each garment alike."""
+        """Returns the mean distance of vertices in some of the frames [m]; all garments have the same weight."""
         return torch.stack([self._error(each, VALIDATION_STRIDE) for each in self.valid]).mean()
 
     def errors(self, all_samples: Sequence[GarmentSamples]) -> list[float]:
-        """Mean distance of vertices of each [m]."""
+        """Returns the mean distance of vertices of each garment [m]."""
         with torch.no_grad():
             return [float(self._error(_TorchSamples(each))) for each in all_samples]
 
-    def _error(self, ready: "_Ready", every: int = 1) -> torch.Tensor:
-        shown = np.arange(0, ready.count, every)
+    def _error(self, ready: "_TorchSamples", every: int = 1) -> torch.Tensor:
+        frames = np.arange(0, ready.count, every)
         with torch.no_grad():
             totals = [
-                (self.net(ready.static, ready.told(part), ready.cells) - ready.apart(part)).norm(dim=2).mean(dim=1)
-                for part in np.array_split(shown, max(1, len(shown) // 16))
+                (self.net(ready.static, ready.features(part), ready.cells) - ready.displacements(part))
+                .norm(dim=2)
+                .mean(dim=1)
+                for part in np.array_split(frames, max(1, len(frames) // 16))
             ]
         return torch.cat(totals).mean()
 
-    def _loss(self, drawn: "_Drawn") -> torch.Tensor:
+    def _loss(self, drawn: "_FrameDraw") -> torch.Tensor:
         ready, frames, mirrored = self.train[drawn.garment], drawn.frames, drawn.mirrored
         count, ends = len(drawn.edges), drawn.edges.T.reshape(-1)
-        static, told, apart = ready.static[ends], ready.told(frames, ends), ready.apart(frames, ends)
+        static, features, truth = ready.static[ends], ready.features(frames, ends), ready.displacements(frames, ends)
         if drawn.unknown:
-            told[..., -BEGINNING_COUNT:] = 0
+            features[..., -BEGINNING_COUNT:] = 0
         if mirrored:
             order, signs = self._static
             static = static[:, order] * torch.from_numpy(signs)
             order, signs = self._dynamic
-            told = told[..., order] * torch.from_numpy(signs)
-            apart = apart * torch.from_numpy(VECTOR)
-        missed = self.net(static, told, ready.cells.at(ends)) - apart
-        loss = _length(missed).mean()
+            features = features[..., order] * torch.from_numpy(signs)
+            truth = truth * torch.from_numpy(VECTOR)
+        errors = self.net(static, features, ready.cells.at(ends)) - truth
+        loss = _length(errors).mean()
         if self.config.edge_weight:
-            turned = _rotate(ready.turns(frames, ends, mirrored), missed)
-            loss = loss + self.config.edge_weight * _length(turned[:, :count] - turned[:, count:]).mean()
+            rotated = _rotate(ready.turns(frames, ends, mirrored), errors)
+            loss = loss + self.config.edge_weight * _length(rotated[:, :count] - rotated[:, count:]).mean()
         return loss
 
 
@@ -185,7 +193,7 @@ def _length(vectors: torch.Tensor) -> torch.Tensor:
 
 
 def _rotate(turns: torch.Tensor, vectors: torch.Tensor) -> torch.Tensor:
-    """Vectors turned by unit quaternions."""
+    """Rotates vectors by unit quaternions."""
     scalar, axis = turns[..., :1], turns[..., 1:]
     cross = 2 * torch.linalg.cross(axis, vectors)
     return vectors + scalar * cross + torch.linalg.cross(axis, cross)
@@ -193,33 +201,36 @@ def _rotate(turns: torch.Tensor, vectors: torch.Tensor) -> torch.Tensor:
 
 @dataclass(frozen=True)
 class _FrameDraw:
-    """A part of a batch."""
+    """One garment of a batch."""
 
     garment: int
+    """Number of the garment."""
     frames: np.ndarray
+    """Numbers of the frames."""
     edges: np.ndarray
-    """As many ends as `config.vertices`."""
+    """Edges whose ends are trained on, half as many as `config.vertices`."""
     mirrored: bool
+    """Whether left and right are exchanged."""
     unknown: bool
-    """Whether it is hidden how the garment lay at the beginning."""
+    """Whether the features hide how the garment lay at the beginning."""
 
 
 class _TorchSamples:
-    """Samples of a garment as torch asks for them."""
+    """The samples of a garment as tensors."""
 
     def __init__(self, samples: GarmentSamples):
         self._samples = samples
         self.count = len(samples)
-        self.static = torch.from_numpy(np.array(samples.worn.static))
-        self.cells = TorchCells.of(samples.worn.cells)
-        self.edges = samples.worn.edges
+        self.static = torch.from_numpy(np.array(samples.frames.static))
+        self.cells = TorchCells.of(samples.frames.cells)
+        self.edges = samples.frames.edges
 
-    def told(self, frames: np.ndarray, ends: Ends = ALL) -> torch.Tensor:
-        return torch.from_numpy(self._samples.told(frames, ends))
+    def features(self, frames: np.ndarray, ends: Selection = ALL) -> torch.Tensor:
+        return torch.from_numpy(self._samples.features(frames, ends))
 
-    def apart(self, frames: np.ndarray, ends: Ends = ALL) -> torch.Tensor:
-        return torch.from_numpy(self._samples.apart(frames, ends))
+    def displacements(self, frames: np.ndarray, ends: Selection = ALL) -> torch.Tensor:
+        return torch.from_numpy(self._samples.displacements(frames, ends))
 
-    def turns(self, frames: np.ndarray, ends: Ends, mirrored: bool) -> torch.Tensor:
+    def turns(self, frames: np.ndarray, ends: Selection, mirrored: bool) -> torch.Tensor:
         turns = self._samples.turns(frames, ends)
         return torch.from_numpy(turns * np.array([1, 1, -1, -1], np.float32) if mirrored else turns)

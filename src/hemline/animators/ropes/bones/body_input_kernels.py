@@ -1,4 +1,4 @@
-"""What learned bones see of a body in one frame, compiled: `body_inputs.body_inputs` for one pose."""
+"""Inputs of the learned bones from the body in one frame, compiled: `body_inputs.body_inputs` for one pose."""
 
 import numpy as np
 
@@ -7,7 +7,11 @@ from hemline.compiled import kernel
 
 @kernel
 def place_joints(frames, joints, places_out):
-    # model: joints (joints, 3) at rest   in: frames (joints, 3, 4)   out: places_out (joints, 3) in this pose
+    """Places the joints in a pose.
+
+    Reads: frames (joints, 3, 4); joints (joints, 3) at rest [m].
+    Writes: places_out (joints, 3) [m].
+    """
     for j in range(joints.shape[0]):
         for a in range(3):
             x, y, z = joints[j, 0], joints[j, 1], joints[j, 2]
@@ -16,7 +20,11 @@ def place_joints(frames, joints, places_out):
 
 @kernel
 def spin_between(before, now, key, spin_out):
-    # in: frames (joints, 3, 4) of two poses   out: spin_out (3,): sines of the turn of the key joint, in its own frame
+    """Measures the rotation of the key joint between two poses.
+
+    Reads: before, now (joints, 3, 4); key: index of the key joint.
+    Writes: spin_out (3,): sines of the rotation, in the joint's own frame.
+    """
     turn = np.zeros((3, 3))
     for a in range(3):
         for b in range(3):
@@ -28,28 +36,32 @@ def spin_between(before, now, key, spin_out):
 
 
 @kernel
-def see_body(joints, key, seen, before, then, now, dt_before, dt, inputs_out):
-    # model: joints (joints, 3) at rest, key, seen (seen,)   in: frames (joints, 3, 4) of three poses, times between
-    # out: inputs_out (15 + 6 seen,), in the order of `body_inputs`
+def write_body_inputs(joints, key, input_joints, before, then, now, dt_before, dt, inputs_out):
+    """Computes the inputs of the learned bones from the body.
+
+    Reads: joints (joints, 3) at rest [m]; key: index of the key joint; input_joints (n,): joints that count; before,
+        then, now (joints, 3, 4): three poses; dt_before, dt: the times between them [s].
+    Writes: inputs_out (15 + 6 n,), in the order of `body_inputs`.
+    """
     places, spins = np.empty((3, joints.shape[0], 3)), np.empty((2, 3))
     for pose, frames in enumerate((before, then, now)):
         place_joints(frames, joints, places[pose])
     spin_between(before, then, key, spins[0])
     spin_between(then, now, key, spins[1])
     for a in range(3):
-        way, change = 0.0, 0.0
+        speed, change = 0.0, 0.0
         for c in range(3):
             velocity = (places[2, key, c] - places[1, key, c]) / dt
             earlier = (places[1, key, c] - places[0, key, c]) / dt_before
-            way += now[key, c, a] * velocity
+            speed += now[key, c, a] * velocity
             change += now[key, c, a] * (velocity - earlier)
         inputs_out[a] = -now[key, 1, a]
-        inputs_out[3 + a], inputs_out[6 + a] = way, change
+        inputs_out[3 + a], inputs_out[6 + a] = speed, change
         inputs_out[9 + a] = spins[1, a] / dt
         inputs_out[12 + a] = spins[1, a] / dt - spins[0, a] / dt_before
-    count = seen.shape[0]
+    count = input_joints.shape[0]
     for k in range(count):
-        j = seen[k]
+        j = input_joints[k]
         for a in range(3):
             here, there = 0.0, 0.0
             for c in range(3):

@@ -1,19 +1,24 @@
-"""Learned bones out of the body's primitives, compiled."""
+"""Pushing of learned bones out of the body's primitives, compiled."""
 
 import numpy as np
 
-from hemline.animators.ropes.mechanics.joint_frame_kernels import to_rest, to_world, rotate
-from hemline.collide.primitives.primitive_kernels import primitive_distance
+from hemline.animators.ropes.mechanics.joint_frame_kernels import rotate, to_rest, to_world
+from hemline.collide.primitives.primitive_kernels import round_cone_distance
 from hemline.compiled import kernel
 
-ROUNDS = 4
-"""A point that leaves one primitive may enter another: so often the deepest is sought."""
+PUSH_ROUNDS = 4
+"""Number of pushes of each point, since a point that leaves one primitive may enter another."""
 
 
 @kernel
-def deepest_primitive(kinds, joints, shapes, balls, frames, margin, x, y, z):
-    # model: primitives, balls (prims, 4) around them, in the world, grown by margin, radii squared
-    # in: frames (joints, 3, 4), point   returns: depth below margin (0: none), unit normal
+def deepest_primitive(kinds, joints, shapes, balls, frames, margin, point):
+    """Finds the primitive that a point is deepest in.
+
+    Reads: kinds, joints (prims,); shapes (prims, 16); balls (prims, 4): balls around the primitives in the world, grown
+        by margin, with squared radii [m, m^2]; frames (joints, 3, 4); margin [m]; point: x, y, z [m].
+    Returns: the depth below margin, 0 outside of all [m]; x, y, z of the unit normal there.
+    """
+    x, y, z = point
     depth, nx, ny, nz = 0.0, 0.0, 0.0, 0.0
     for k in range(kinds.shape[0]):
         a, b, c = x - balls[k, 0], y - balls[k, 1], z - balls[k, 2]
@@ -21,7 +26,7 @@ def deepest_primitive(kinds, joints, shapes, balls, frames, margin, x, y, z):
             continue
         j = joints[k]
         px, py, pz = to_rest(frames, j, x, y, z)
-        found = primitive_distance(kinds[k], shapes, k, px, py, pz)
+        found = round_cone_distance(shapes, k, px, py, pz)
         if margin - found[0] > depth:
             depth = margin - found[0]
             nx, ny, nz = rotate(frames, j, found[1], found[2], found[3])
@@ -30,9 +35,12 @@ def deepest_primitive(kinds, joints, shapes, balls, frames, margin, x, y, z):
 
 @kernel
 def push_points_out(kinds, joints, shapes, centres, frames, margins, points_out):
-    # model: primitives, centres (prims, 4) and radii of balls around them at rest
-    # in: frames (joints, 3, 4), margins (points,)   in/out: points_out (points, 3)
-    # Each goes the shortest way to its own distance from the primitive that it is deepest in.
+    """Pushes each point along the shortest path to its margin from the primitive that it is deepest in.
+
+    Reads: kinds, joints (prims,); shapes (prims, 16); centres (prims, 4): balls around the primitives at rest [m];
+        frames (joints, 3, 4); margins (points,) [m].
+    Writes: points_out (points, 3): changed [m].
+    """
     widest = margins.max()
     balls = np.empty((kinds.shape[0], 4))
     for k in range(kinds.shape[0]):
@@ -40,9 +48,9 @@ def push_points_out(kinds, joints, shapes, centres, frames, margins, points_out)
         balls[k, 0], balls[k, 1], balls[k, 2] = x, y, z
         balls[k, 3] = max(centres[k, 3] + widest, 0.0) ** 2
     for i in range(points_out.shape[0]):
-        for _ in range(ROUNDS):
+        for _ in range(PUSH_ROUNDS):
             depth, nx, ny, nz = deepest_primitive(
-                kinds, joints, shapes, balls, frames, margins[i], points_out[i, 0], points_out[i, 1], points_out[i, 2]
+                kinds, joints, shapes, balls, frames, margins[i], (points_out[i, 0], points_out[i, 1], points_out[i, 2])
             )
             if depth <= 0.0:
                 break
@@ -53,9 +61,12 @@ def push_points_out(kinds, joints, shapes, centres, frames, margins, points_out)
 
 @kernel
 def push_rollouts_out(kinds, joints, shapes, centres, which, frames, margins, points_out):
-    # model: kinds, joints (prims,), shapes (bodies, prims, 16), centres (bodies, prims, 4)
-    # in: which (rollouts,) body, frames (rollouts, joints, 3, 4), margins (points,)
-    # in/out: points_out (rollouts, points, 3)
+    """Pushes the points of many rollouts out of the primitives of their bodies.
+
+    Reads: kinds, joints (prims,); shapes (bodies, prims, 16), centres (bodies, prims, 4) [m]; which (rollouts,):
+        body of each rollout; frames (rollouts, joints, 3, 4); margins (points,) [m].
+    Writes: points_out (rollouts, points, 3): changed [m].
+    """
     for n in range(points_out.shape[0]):
         b = which[n]
         push_points_out(kinds, joints, shapes[b], centres[b], frames[n], margins, points_out[n])

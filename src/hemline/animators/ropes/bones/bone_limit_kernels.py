@@ -1,4 +1,4 @@
-"""Learned bones no farther apart than the cloth between them allows, compiled."""
+"""Limits of the distances between bones: the cloth between them allows no more, compiled."""
 
 import math
 
@@ -7,11 +7,16 @@ from hemline.compiled import kernel
 
 @kernel
 def limit_bones(parents, lengths, pairs, spans, ropes_stretch, pairs_stretch, sweeps, positions_out):
-    # model: parents (nodes,), -1 for kinematic nodes; lengths (nodes,) of the ropes above, pairs (pairs, 2) of
-    #     neighbours across the cloth, spans (pairs,): the longest that the cloth allows [m]
-    # in: by how much each may be exceeded, over its length; sweeps   in/out: positions_out (nodes, 3)
-    # returns: the largest excess of a rope or pair before, over its length
-    # Neighbours come together in equal parts, kinematic ones stay; then each rope pulls the node below it.
+    """Brings bones together that are farther apart than the cloth allows.
+
+    Neighbours come together in equal parts, kinematic ones stay; then each rope pulls the node below it.
+
+    Reads: parents (nodes,), -1 for kinematic nodes; lengths (nodes,) of the ropes above [m]; pairs (pairs, 2):
+        neighbours across the cloth; spans (pairs,): the longest distance that the cloth allows [m]; ropes_stretch,
+        pairs_stretch: the largest ratios of distance to length or span [1]; sweeps: their number.
+    Writes: positions_out (nodes, 3): changed [m].
+    Returns: the largest excess of a rope or pair before, relative to its length [1].
+    """
     worst = 0.0
     for sweep in range(sweeps):
         for k in range(pairs.shape[0]):
@@ -48,10 +53,10 @@ def limit_bones(parents, lengths, pairs, spans, ropes_stretch, pairs_stretch, sw
                 continue
             if sweep == 0:
                 worst = max(worst, span / most - 1.0)
-            share = most / span
-            positions_out[i, 0] = positions_out[p, 0] + share * x
-            positions_out[i, 1] = positions_out[p, 1] + share * y
-            positions_out[i, 2] = positions_out[p, 2] + share * z
+            ratio = most / span
+            positions_out[i, 0] = positions_out[p, 0] + ratio * x
+            positions_out[i, 1] = positions_out[p, 1] + ratio * y
+            positions_out[i, 2] = positions_out[p, 2] + ratio * z
         if worst == 0.0:
             break
     return worst

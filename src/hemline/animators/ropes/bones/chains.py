@@ -1,4 +1,4 @@
-"""All bones of a garment: rope chains that swing, and bones that the body carries."""
+"""The bones of a garment: rope chains that swing, and bones that the body carries."""
 
 import math
 from collections.abc import Callable
@@ -17,15 +17,14 @@ from hemline.collide.primitives.proxy import BodyProxy, Colliders
 from hemline.errors import BadInput
 from hemline.motions import JOINT_NAMES
 
-from .embedding import Carriage, Embedding
+from .embedding import Carriage, NodeEmbedding
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
 
 Hook = Callable[[Nodes, Nodes], Nodes]
-"""A user's force: positions in the world [m] and velocities [m/s] in, accelerations out [m/s^2], once a step.
-
-All are (nodes, 3)."""
+"""A user's force. It is called once a step with positions in the world [m] and velocities [m/s], both (nodes, 3), and
+returns accelerations (nodes, 3) [m/s^2]."""
 
 CHAIN_ARRAYS = (
     "offsets",
@@ -42,8 +41,8 @@ CHAIN_ARRAYS = (
 )
 CARRIAGE_ARRAYS = ("rest", "weights", "nearest", "nearest_rest")
 _TELEPORT_SPEED = 30.0
-SHORTEST, LONGEST = 1e-6, 10.0
-"""How short and how long a step may be [s]: a longer one would take seconds, in compiled code that does not stop."""
+SHORTEST_STEP, LONGEST_STEP = 1e-6, 10.0
+"""Shortest and longest duration of a step. A longer one would take seconds, in code that cannot be interrupted [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,17 +50,17 @@ class Ropes:
     """The bones of a garment: the unattached kinematic ones first, then chain by chain from root to tip."""
 
     chains: RopeChains
-    """The mechanical system; its first node of each chain is kinematic too."""
-    embedding: Embedding
+    """The mechanical system; the first node of each chain is kinematic, too."""
+    embedding: NodeEmbedding
     """Each bone as a point of the garment's mesh."""
     carriage: Carriage
-    """How the body carries the kinematic bones."""
+    """The kinematic bones as points that the body carries."""
     rest: Nodes
     """All bones in the body's rest pose, where the garment hangs settled, float64 [m]."""
     proxy: BodyProxy
-    """What the chains collide with, on the shape that the garment was made on."""
+    """The body's primitives, with which the chains collide, on the shape that the garment was made on."""
     betas: Float[np.ndarray, " betas"]
-    """That shape."""
+    """The body shape that the garment was made on."""
     key_joint: str
     """The joint whose frame carries the garment as a whole."""
     hook: Hook | None = None
@@ -89,7 +88,7 @@ class Ropes:
 
     @property
     def constants(self) -> RopeConstants:
-        """What the chains run on."""
+        """Constants of the chains."""
         return self.chains.constants
 
     @property
@@ -103,36 +102,36 @@ class Ropes:
         return JOINT_NAMES.index(self.key_joint)
 
     def with_constants(self, constants: RopeConstants) -> "Ropes":
-        """The same bones on other constants."""
+        """Returns the ropes with other constants."""
         return replace(self, chains=replace(self.chains, constants=constants))
 
-    def embedded(self, vertices: Float[np.ndarray, "*frames verts 3"]) -> Float[np.ndarray, "*frames nodes 3"]:
-        """All bones on a garment's mesh, or on each mesh of a clip [m], float64."""
-        return self.embedding.embedded(vertices)
+    def positions_on(self, vertices: Float[np.ndarray, "*frames verts 3"]) -> Float[np.ndarray, "*frames nodes 3"]:
+        """Returns all bones on a garment's mesh, or on each mesh of a clip [m], float64."""
+        return self.embedding.positions_on(vertices)
 
-    def carried(self, posed: "PosedBody") -> Float[np.ndarray, "kin 3"]:
-        """The kinematic bones on a posed body, of any shape [m], float64; its mesh is not needed."""
-        return self.carriage.carried(posed.transforms, self.carriage.rest_on(posed.shaped))
+    def kinematic_positions(self, posed: "PosedBody") -> Float[np.ndarray, "kin 3"]:
+        """Returns the kinematic bones on a posed body, of any shape [m], float64; its mesh is not needed."""
+        return self.carriage.positions_in(posed.transforms, self.carriage.rest_on(posed.shaped))
 
-    def carried_by(
+    def kinematic_paths(
         self, transforms: Float[np.ndarray, "*frames joints 3 4"], shaped: "ShapedBody"
     ) -> Float[np.ndarray, "*frames kin 3"]:
-        """The kinematic bones of a whole clip, from its skin transforms [m], float64."""
-        return self.carriage.carried(transforms, self.carriage.rest_on(shaped))
+        """Returns the kinematic bones of a whole clip, from its skin transforms [m], float64."""
+        return self.carriage.positions_in(transforms, self.carriage.rest_on(shaped))
 
     def excess(self, state: RopesState) -> Float[np.ndarray, " nodes"]:
-        """How far each rope is over its length, as a share of it; 0 unless collisions held it there."""
+        """Returns the excess length of each rope over its length; 0 unless collisions stretched it [1]."""
         return self.chains.excess(state.positions)
 
     def start(self, posed: "PosedBody") -> RopesState:
-        """Hang the ropes on a posed body as at rest; they will move along with it from the first step on."""
+        """Returns ropes that hang on a posed body as at rest; they move along with it from the first step on."""
         proxy = self._proxy_of(posed.shaped)
-        frames = proxy.posed(posed)
+        frames = proxy.joint_frames(posed)
         rest = self.carriage.rest_on(posed.shaped)
         key = frames[self.key_index]
         shift = posed.shaped.joints[self.key_index] - self.proxy.pivots[self.key_index]
         positions = (self.rest + shift) @ key[:, :3].T + key[:, 3]
-        positions[self.kinematic] = self.carriage.carried(frames, rest)
+        positions[self.kinematic] = self.carriage.positions_in(frames, rest)
         still = np.zeros((len(rest), 3))
         return RopesState(
             positions,
@@ -150,10 +149,10 @@ class Ropes:
         )
 
     def step(self, state: RopesState, posed: "PosedBody", dt: float) -> RopesState:
-        """Advance to a posed body.
+        """Advances to a posed body.
 
         Args:
-            state: Where the ropes are; not changed.
+            state: The state before; it is not changed.
             posed: The body at the end of the step.
             dt: Length of the step, taken in substeps: from 1 us to 10 s [s]. A `Player` takes any time.
 
@@ -161,22 +160,26 @@ class Ropes:
             The next state.
 
         Raises:
-            BadInput: `dt` is out of range, the body's transforms are not finite, or the hook returns something else
-                than finite accelerations of all nodes.
+            BadInput: `dt` is out of range, the body's transforms are not finite, or the hook does not return finite
+                accelerations of all nodes.
         """
         if not (math.isfinite(dt) and dt > 0):
             raise BadInput("a step needs a positive dt", dt, "give seconds, such as 1 / 60")
-        if not SHORTEST <= dt <= LONGEST:
+        if not SHORTEST_STEP <= dt <= LONGEST_STEP:
             cure = "take several steps, or play it with a Player, which takes any time"
-            raise BadInput(f"a step of ropes takes from {SHORTEST:g} to {LONGEST:g} s", f"dt = {dt}", cure)
-        dt, frames = float(dt), self.proxy.posed(posed)
+            raise BadInput(f"a step of ropes takes from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s", f"dt = {dt}", cure)
+        dt, frames = float(dt), self.proxy.joint_frames(posed)
         if self.is_teleport(state.frames, frames, state.pivots, dt):
-            state = self._carried_along(state, frames)
-        motion, velocities = self.driven(state, frames, dt), state.velocities
+            state = self._follow_teleport(state, frames)
+        motion, velocities = self.kinematic_motion(state, frames, dt), state.velocities
         if float(state.last_dt) == 0.0:
             # no history: the garment moves along with its roots at first
             velocities = velocities + motion[2, self.chains.offsets[0] :].mean(0)
-        push = None if self.hook is None else _pushed(self.hook, state.positions + np.array(posed.origin), velocities)
+        push = (
+            None
+            if self.hook is None
+            else _hook_accelerations(self.hook, state.positions + np.array(posed.origin), velocities)
+        )
         colliders = Colliders(self.proxy.kinds, self.proxy.joints, state.shapes, state.centres, state.pivots)
         positions, velocities, tensions, touched = self.chains.advance(
             state.positions,
@@ -203,11 +206,11 @@ class Ropes:
             state.pivots,
         )
 
-    def driven(self, state: RopesState, frames: Transforms, dt: float) -> Float[np.ndarray, "4 kin 3"]:
-        """What moves the ropes from outside in a step: of the kinematic bones, as `RopeChains.advance` takes it.
+    def kinematic_motion(self, state: RopesState, frames: Transforms, dt: float) -> Float[np.ndarray, "4 kin 3"]:
+        """Returns the motion of the kinematic bones over a step, as `RopeChains.advance` takes it.
 
         Args:
-            state: Where the ropes are.
+            state: The state before.
             frames: Skin transforms of the body at the end of the step, float64.
             dt: Length of the step [s].
 
@@ -225,11 +228,11 @@ class Ropes:
         return motion
 
     def is_teleport(self, old: Transforms, new: Transforms, pivots: Joints, dt: float) -> bool:
-        """Whether the key joint came farther between two poses than a body moves: the garment is then carried along.
+        """Returns whether the key joint moved farther between two poses than a body can: a teleport.
 
         Args:
             old: Skin transforms before.
-            new: Those after.
+            new: Skin transforms after.
             pivots: The body's joints at rest [m].
             dt: Time between them [s].
         """
@@ -237,12 +240,12 @@ class Ropes:
             self.constants.teleport, _TELEPORT_SPEED * dt
         )
 
-    def _carried_along(self, state: RopesState, frames: np.ndarray) -> RopesState:
-        """The state moved rigidly with the key joint into the new frames, its velocities relative to it, no history."""
+    def _follow_teleport(self, state: RopesState, frames: np.ndarray) -> RopesState:
+        """Returns the state moved rigidly with the key joint, with velocities relative to it and without history."""
         old, new = state.frames[self.key_index], frames[self.key_index]
         turn = new[:, :3] @ old[:, :3].T
         positions = (state.positions - old[:, 3]) @ turn.T + new[:, 3]
-        positions[self.kinematic] = self.carriage.carried(frames, state.kinematic_rest)
+        positions[self.kinematic] = self.carriage.positions_in(frames, state.kinematic_rest)
         velocities = (state.velocities - state.kinematic_velocities.mean(0)) @ turn.T
         return replace(state, positions=positions, velocities=velocities, frames=frames, last_dt=np.zeros(()))
 
@@ -252,14 +255,14 @@ class Ropes:
         return BodyProxy.fit(shaped)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All arrays by name, as files hold them."""
+        """Returns all arrays by name, as model files hold them."""
         arrays = {name: getattr(self.chains, name) for name in CHAIN_ARRAYS}
         arrays |= {"corners": self.embedding.corners, "barycentric": self.embedding.barycentric}
         arrays |= {f"carriage_{name}": getattr(self.carriage, name) for name in CARRIAGE_ARRAYS}
         return arrays | {"rest": self.rest, "betas": self.betas} | self.proxy.arrays()
 
     def metadata(self) -> dict[str, Any]:
-        """All that is no array, as JSON-like values."""
+        """Returns the entries that are not arrays, as JSON-like values."""
         return {
             "constants": self.constants.as_dict(),
             "key_joint": self.key_joint,
@@ -267,7 +270,7 @@ class Ropes:
         }
 
 
-def _pushed(hook: Hook, positions: Nodes, velocities: Nodes) -> Nodes:
+def _hook_accelerations(hook: Hook, positions: Nodes, velocities: Nodes) -> Nodes:
     push = np.ascontiguousarray(hook(positions, velocities), np.float64)
     if push.shape != positions.shape or not np.isfinite(push).all():
         got = f"shape {push.shape}" if push.shape != positions.shape else "NaN or infinity"

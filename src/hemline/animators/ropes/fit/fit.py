@@ -1,4 +1,4 @@
-"""From simulated takes to a model: lay the ropes, calibrate them, learn the networks."""
+"""The fit of rope chains, from simulated takes to a model: build the ropes, calibrate them, train the networks."""
 
 import importlib.util
 import math
@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline import bodies
 from hemline.animators.base import Progress
 from hemline.animators.checkpoints import checkpoint_folder
 from hemline.animators.ropes.bones.bone_source import BoneSource
@@ -23,12 +22,12 @@ from hemline.errors import MissingExtra
 from hemline.learning.mlp import Mlp
 from hemline.motions.terms import as_stated
 
-from .fit_figures import own_figures
-from .frames import Frames
-from .gather import Source, gather
-from .lay import ropes_for
+from .fit_figures import figures_of_bones
+from .fit_ropes import fit_ropes
+from .frames import KeyFrames
+from .gather import TakeFrames, gather
 from .learn import Learned, learn
-from .learn_bones import learn_bones, own_bones
+from .learn_bones import learn_bones, play_bones
 
 
 def fit(
@@ -40,16 +39,16 @@ def fit(
     checkpoints: Path | None = None,
     ropes: Ropes | None = None,
 ) -> AnimatorRopes:
-    """Fit rope chains and their networks to the takes of a dataset.
+    """Fits rope chains and their networks to the takes of a dataset.
 
     Args:
         dataset: Takes of one garment, with the rest drape of each body shape.
         config: Options.
-        seed: Seed of all that is random; the same one gives the same model on the same machine and threads.
+        seed: Seed of all random numbers; equal seeds give equal models on the same machine with as many threads.
         progress: Called with stage, steps done and steps in all.
-        checkpoints: A folder for the state of the training, made and removed here: a fit that was killed goes on from
-            there. Displacements of all frames are kept there, too (4 bytes a coordinate and frame).
-        ropes: Bones laid out by hand or calibrated before; None: laid out and calibrated here.
+        checkpoints: A folder for the state of the training, created and removed here: a fit that was killed resumes
+            from it. It also holds the displacements of all frames (4 bytes per coordinate and frame).
+        ropes: Ropes built by hand or calibrated before; None: they are built and calibrated here.
 
     Returns:
         The animator.
@@ -67,18 +66,18 @@ def fit(
         raise MissingExtra("torch", "learn", "fitting rope chains")
     config = config or RopesConfig()
     garment = dataset.garment
-    source = Source.of(dataset)
-    shaped = bodies.load(garment.body_name).shaped(garment.body_betas)
+    source = TakeFrames.of(dataset)
+    shaped = dataset.body.shaped(garment.body_betas)
     rest = np.ascontiguousarray(dataset.rest(garment.body_betas).vertices[0], np.float32)
-    found: dict[str, float] = {}
+    rope_figures: dict[str, float] = {}
     if ropes is None:
-        ropes, found = ropes_for(source, shaped, rest, config, progress)
+        ropes, rope_figures = fit_ropes(source, shaped, rest, config, progress)
     with checkpoint_folder(checkpoints) as folder:
         frames, clearances = gather(source, ropes, folder, mirror=config.mirror, progress=progress)
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
-        correction, corrected = kept_correction(frames, learned)
+        correction, correction_figures = choose_correction(frames, learned)
         learned = replace(learned, correction=correction)
-        played, figures = _own(source, ropes, frames, learned, config, seed, progress, folder)
+        learned_bones, figures = _fit_learned_bones(source, ropes, frames, learned, config, seed, progress, folder)
     return AnimatorRopes(
         garment,
         ropes,
@@ -91,55 +90,58 @@ def fit(
         body_name=garment.body_name,
         body_hash=shaped.body.hash,
         config=config,
-        learned=played,
-        figures=learned.figures | found | corrected | figures,
+        learned=learned_bones,
+        figures=learned.figures | rope_figures | correction_figures | figures,
         licences=_licences(source, shaped),
     )
 
 
-def kept_correction(frames: Frames, learned: Learned) -> tuple[Mlp, dict[str, float]]:
-    """The bone correction, silenced where cloth is farther from the held-out takes with it than without.
+def choose_correction(frames: KeyFrames, learned: Learned) -> tuple[Mlp, dict[str, float]]:
+    """Returns the bone correction, or one without effect where it increases the error on held-out takes.
 
     Args:
         frames: The frames, with the bones of the ropes.
         learned: Networks and correction.
 
     Returns:
-        The correction that plays; `val_uncorrected_error_mm`, `val_corrected_error_mm` and those of the test split.
+        The correction for playing; the figures `val_uncorrected_error_mm`, `val_corrected_error_mm` and those of the
+        test split.
     """
     held_out = frames.rope_bones[frames.side > 0]
-    figures = own_figures(frames, learned.skinned, "uncorrected", held_out)
-    figures |= own_figures(frames, learned.skinned, "corrected", held_out + learned.correction.many(held_out))
+    figures = figures_of_bones(frames, learned.mesh_networks, "uncorrected", held_out)
+    figures |= figures_of_bones(
+        frames, learned.mesh_networks, "corrected", held_out + learned.correction.many(held_out)
+    )
     worse = figures.get("val_corrected_error_mm", 0.0) > figures.get("val_uncorrected_error_mm", math.inf)
-    return learned.correction.silent() if worse else learned.correction, figures
+    return learned.correction.with_zero_output() if worse else learned.correction, figures
 
 
-def _own(
-    source: Source,
+def _fit_learned_bones(
+    source: TakeFrames,
     ropes: Ropes,
-    frames: Frames,
+    frames: KeyFrames,
     learned: Learned,
     config: RopesConfig,
     seed: int,
     progress: Progress | None,
     folder: Path,
 ) -> tuple[LearnedBones | None, dict[str, float]]:
-    """The learned bones, unless ropes are asked for or better on validation; what both make of the held-out takes."""
-    skinned, roped = learned.skinned, BoneSource(ropes, learned.correction, None)
+    """Returns the learned bones, unless ropes are configured or better on validation, and the errors of both."""
+    mesh_networks, rope_source = learned.mesh_networks, BoneSource(ropes, learned.correction, None)
     held_out = frames.rope_bones[frames.side > 0]
-    figures = own_figures(frames, skinned, "ropes", held_out + learned.correction.many(held_out))
+    figures = figures_of_bones(frames, mesh_networks, "ropes", held_out + learned.correction.many(held_out))
     if config.bones == "ropes":
-        return None, figures | _named_own(figures, "ropes")
+        return None, figures | _own_figures_of(figures, "ropes")
     bones = learn_bones(source, ropes, config, seed=seed, progress=progress, folder=folder)
-    moved = own_bones(source, replace(roped, learned=bones)) if len(held_out) else held_out
-    figures |= own_figures(frames, skinned, "learned", moved)
+    moved = play_bones(source, replace(rope_source, learned=bones)) if len(held_out) else held_out
+    figures |= figures_of_bones(frames, mesh_networks, "learned", moved)
     better = figures.get("val_learned_error_mm", math.inf) < figures.get("val_ropes_error_mm", math.inf)
     chosen = "learned" if config.bones == "learned" or better else "ropes"
-    return bones if chosen == "learned" else None, figures | _named_own(figures, chosen)
+    return bones if chosen == "learned" else None, figures | _own_figures_of(figures, chosen)
 
 
-def _named_own(figures: dict[str, float], chosen: str) -> dict[str, float]:
-    """The errors of what plays, as `*_own_error_mm`."""
+def _own_figures_of(figures: dict[str, float], chosen: str) -> dict[str, float]:
+    """Returns the errors of the chosen source as `*_own_error_mm`."""
     return {
         name.replace(f"_{chosen}_", "_own_"): value
         for name, value in figures.items()
@@ -147,6 +149,6 @@ def _named_own(figures: dict[str, float], chosen: str) -> dict[str, float]:
     }
 
 
-def _licences(source: Source, shaped: ShapedBody) -> tuple[str, ...]:
+def _licences(source: TakeFrames, shaped: ShapedBody) -> tuple[str, ...]:
     motions = {take_metadata(source.dataset.path(row.name))["motion"]["licence"] for row in source.rows}
     return as_stated((shaped.body.licence, *garment_terms(source.dataset.garment), *sorted(motions)))

@@ -1,4 +1,4 @@
-"""What a fit reached, measured on the frames that it was given."""
+"""Figures of a fit, measured on its own frames."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,25 +7,25 @@ import numpy as np
 
 from hemline.arrays import Float
 
-from .frames import Frames
+from .basis_network import BasisNetwork, project_frames
+from .frames import KeyFrames
 from .linear import LinearMap
-from .stage import Stage, projected
-from .training_set import Skinned
+from .training_set import MeshNetworks
 
-CHUNK = 256
-"""Frames handled at a time where whole frames are needed."""
-MOST = 2048
-"""Frames of a side that are measured; of more, as many are taken evenly."""
+FRAMES_AT_ONCE = 256
+"""Number of frames in memory at a time."""
+MAX_MEASURED_FRAMES = 2048
+"""Largest number of frames of a side that are measured; more are sampled evenly."""
 SIDES = ("train", "val", "test")
 
 
-def fit_figures(frames: Frames, first: Stage, second: Stage, linear: LinearMap) -> dict[str, float]:
-    """Mean distances to the ground truth [mm], driven by its bones, by side of the split and stage.
+def fit_figures(frames: KeyFrames, first: BasisNetwork, second: BasisNetwork, linear: LinearMap) -> dict[str, float]:
+    """Returns mean distances to the ground truth, driven by its bones, by side of the split and network [mm].
 
-    `*_ridge_mm` is what a straight line from bones to vertices reaches.
+    `*_ridge_mm` is the error of a linear map from bones to vertices.
     """
     figures = {"skinning_explained_share": first.pca.explained, "shape_explained_share": second.pca.explained}
-    perfect = replace(first, coefficients=projected(frames, None, first.pca))
+    perfect = replace(first, coefficients=project_frames(frames, None, first.pca))
     makers: dict[str, Callable[[np.ndarray], np.ndarray]] = {
         "skinning_basis_mm": lambda some: perfect.rows(some, slice(None)),
         "skinning_mm": lambda some: first.rows(some, slice(None)),
@@ -40,15 +40,15 @@ def fit_figures(frames: Frames, first: Stage, second: Stage, linear: LinearMap) 
     return figures
 
 
-def own_figures(
-    frames: Frames, skinned: Skinned, name: str, bones: Float[np.ndarray, "held_out ins"]
+def figures_of_bones(
+    frames: KeyFrames, mesh_networks: MeshNetworks, name: str, bones: Float[np.ndarray, "held_out ins"]
 ) -> dict[str, float]:
-    """Mean distances to the ground truth of what own bones make of the held-out sides [mm].
+    """Returns mean distances to the ground truth on the held-out sides, driven by given bones [mm].
 
     Args:
         frames: The frames.
-        skinned: Both networks.
-        name: What the figures are called: `val_<name>_error_mm`.
+        mesh_networks: Both networks from bones to mesh.
+        name: Part of the names of the figures: `val_<name>_error_mm`.
         bones: Displacements of all bones in the frames of the held-out sides, in their order [m].
     """
     held_out = np.flatnonzero(frames.side > 0)
@@ -60,17 +60,17 @@ def own_figures(
             where = {int(frame): k for k, frame in enumerate(chosen)}
 
             def make(some: np.ndarray, given: np.ndarray = given, where: dict[int, int] = where) -> np.ndarray:
-                return skinned.rows(given[[where[int(frame)] for frame in some]])
+                return mesh_networks.rows(given[[where[int(frame)] for frame in some]])
 
             figures[f"{name_of_side}_{name}_error_mm"] = _mean_error_mm(frames, chosen, make)
     return figures
 
 
-def _mean_error_mm(frames: Frames, chosen: np.ndarray, make: Callable[[np.ndarray], np.ndarray]) -> float:
-    chosen = chosen[:: -(-len(chosen) // MOST)]
+def _mean_error_mm(frames: KeyFrames, chosen: np.ndarray, make: Callable[[np.ndarray], np.ndarray]) -> float:
+    chosen = chosen[:: -(-len(chosen) // MAX_MEASURED_FRAMES)]
     total = 0.0
-    for start in range(0, len(chosen), CHUNK):
-        some = chosen[start : start + CHUNK]
+    for start in range(0, len(chosen), FRAMES_AT_ONCE):
+        some = chosen[start : start + FRAMES_AT_ONCE]
         left = np.asarray(frames.displacements[some]) - make(some)
         total += float(np.linalg.norm(left.reshape(len(some), -1, 3), axis=2).mean(axis=1).sum())
     return 1e3 * total / len(chosen)

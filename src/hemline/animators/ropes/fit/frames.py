@@ -1,4 +1,4 @@
-"""The frames that a fit learns from: all in the key frame, each on its own."""
+"""Frames of a fit in the frame of the key joint, each independent of the others."""
 
 from dataclasses import dataclass
 
@@ -8,21 +8,21 @@ from hemline.arrays import Float, Int
 
 
 @dataclass(frozen=True)
-class Frames:
-    """Frames of all takes, lead-ins left out."""
+class KeyFrames:
+    """Frames of all takes, without lead-ins."""
 
     displacements: Float[np.ndarray, "frames rows"]
     """Displacement of the vertices from rest in the key frame [m], float32; may be mapped from disk."""
     bones: Float[np.ndarray, "frames ins"]
     """Displacement of all bones from rest in the key frame [m], float32."""
     rope_bones: Float[np.ndarray, "frames ins"]
-    """The same, of simulated ropes."""
+    """Displacement of the bones of simulated ropes from rest in the key frame [m], float32."""
     free: Float[np.ndarray, " ins"]
     """1 for coordinates of simulated bones, 0 for those that the body carries."""
     side: Int[np.ndarray, " frames"]
-    """0 train, 1 val, 2 test: by clip, never by frame."""
+    """Side of the split: 0 train, 1 val, 2 test. Clips are never divided."""
     mark: str
-    """Hash of all that the frames depend on."""
+    """Hash of everything that the frames depend on."""
 
     @property
     def vertex_count(self) -> int:

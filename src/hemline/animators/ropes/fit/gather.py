@@ -1,4 +1,4 @@
-"""From a dataset to the frames that a fit learns from."""
+"""Gathering of the frames of a fit from a dataset."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline import bodies
 from hemline.animators.base import Progress
 from hemline.animators.ropes.bones.bones import rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
@@ -15,32 +14,32 @@ from hemline.arrays import Float, FramesOfVertices, Int, Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset, Row, Take
 from hemline.errors import BadDataset
-from hemline.files import content_hash, mapped_array
+from hemline.files import content_hash, create_mapped_array
 from hemline.learning.collision import Clearances, clearances
-from hemline.learning.key_frame import to_key
-from hemline.learning.mirror import mirror_of, mirrored_motion, mirrored_transforms, mirrored_vertices
+from hemline.learning.key_frame import to_key_frame
+from hemline.learning.mirror import mirror_motion, mirror_of, mirror_transforms, mirror_vertices
 from hemline.motions import Motion
 
-from .frames import Frames
+from .frames import KeyFrames
 
 SIDES = ("train", "val", "test")
 
 
 @dataclass(frozen=True)
-class Source:
+class TakeFrames:
     """The takes of a dataset that a fit uses, and the bodies they were simulated on."""
 
     dataset: Dataset
     rows: tuple[Row, ...]
     sides: tuple[int, ...]
-    """0 train, 1 val, 2 test, of each row."""
+    """Side of each row: 0 train, 1 val, 2 test."""
 
     @classmethod
     def of(cls, dataset: Dataset) -> "Source":
-        """All clips that did not fail, split by clip.
+        """Selects all clips that did not fail, split by clip.
 
         Raises:
-            BadDataset: There is none to train on.
+            BadDataset: There is no clip to train on.
         """
         pairs = [(row, side) for side, name in enumerate(SIDES) for row in dataset.split(name) if row.clip_frames]
         if not any(side == 0 for _, side in pairs):
@@ -50,11 +49,11 @@ class Source:
 
     @property
     def frame_counts(self) -> list[int]:
-        """Frames of each take, the lead-in left out."""
+        """Frames of each take, without the lead-in."""
         return [row.clip_frames for row in self.rows]
 
-    def shown_count(self, *, mirrored: bool) -> int:
-        """Frames in all; those to train on twice where they are mirrored."""
+    def count_frames(self, *, mirrored: bool) -> int:
+        """Returns the number of all frames; frames to train on count twice if they are mirrored, too."""
         again = sum(n for n, side in zip(self.frame_counts, self.sides, strict=True) if side == 0)
         return sum(self.frame_counts) + (again if mirrored else 0)
 
@@ -65,37 +64,36 @@ class Source:
 
     @cached_property
     def shaped(self) -> list[ShapedBody]:
-        """The body in each of them."""
-        body = bodies.load(self.dataset.garment.body_name)
-        return [body.shaped(betas) for betas in self.shapes]
+        """The body in each of the shapes."""
+        return [self.dataset.body.shaped(betas) for betas in self.shapes]
 
     @cached_property
     def rests(self) -> list[Vertices]:
-        """The settled drape on each of them."""
+        """The settled drape on each of the shapes."""
         return [self.dataset.rest(betas).vertices[0] for betas in self.shapes]
 
     def shape_of(self, row: Row) -> int:
         return self.shapes.index(row.betas)
 
     def takes(self) -> Iterator[tuple[Take, int, int]]:
-        """Each take with its side and shape."""
+        """Yields each take with its side and the index of its shape."""
         for row, side in zip(self.rows, self.sides, strict=True):
             yield self.dataset.take(row), side, self.shape_of(row)
 
     @property
     def mark(self) -> str:
-        """Hash of all that the frames depend on."""
+        """Hash of everything that the frames depend on."""
         checksums = ",".join(f"{row.sha256}:{side}" for row, side in zip(self.rows, self.sides, strict=True))
         return content_hash(self.dataset.garment.hash, checksums)
 
 
 @dataclass(frozen=True)
-class _Shown:
-    """The frames of one take as they are shown to the networks: as they are, or mirrored."""
+class _TrainingTake:
+    """The frames of one take for the networks, as simulated or mirrored."""
 
     vertices: FramesOfVertices
     clearances: Clearances
-    """In the world."""
+    """Clearances in the world."""
     transforms: Float[np.ndarray, "frames joints 3 4"]
     rope_bones: np.ndarray
     side: int
@@ -103,49 +101,49 @@ class _Shown:
 
 
 def gather(
-    source: Source, ropes: Ropes, folder: Path, *, mirror: bool, progress: Progress | None = None
-) -> tuple[Frames, Clearances]:
-    """All frames in the frame of the key joint.
+    source: TakeFrames, ropes: Ropes, folder: Path, *, mirror: bool, progress: Progress | None = None
+) -> tuple[KeyFrames, Clearances]:
+    """Gathers all frames in the frame of the key joint.
 
     Args:
         source: The takes.
         ropes: The bones.
         folder: Displacements and clearances are mapped from files here: they may be larger than the memory.
-        mirror: Show the frames to train on mirrored, too, where garment and body are symmetric.
+        mirror: Add mirror images of the frames to train on, where garment and body are symmetric.
         progress: Called with "frames", frames done and in all.
 
     Returns:
-        The frames, and where the body is for the collision term.
+        The frames, and the clearances from the body for the collision term.
 
     Raises:
         BadOutput: The disk of that folder has too little room.
     """
     partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
-    count, vertices = source.shown_count(mirrored=partner is not None), len(source.dataset.garment.vertices)
-    displacements = mapped_array(folder / "displacements.npy", np.float32, (count, 3 * vertices))
-    normals = mapped_array(folder / "normals.npy", np.float16, (count, vertices, 3))
-    heights = mapped_array(folder / "heights.npy", np.float16, (count, vertices))
+    count, vertices = source.count_frames(mirrored=partner is not None), len(source.dataset.garment.vertices)
+    displacements = create_mapped_array(folder / "displacements.npy", np.float32, (count, 3 * vertices))
+    normals = create_mapped_array(folder / "normals.npy", np.float16, (count, vertices, 3))
+    heights = create_mapped_array(folder / "heights.npy", np.float16, (count, vertices))
     bones, rope_bones = (np.empty((count, ropes.node_count, 3), np.float32) for _ in range(2))
     sides = np.empty(count, np.int32)
     rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     first = 0
-    for shown in _all_shown(source, ropes, partner):
-        at, shape = slice(first, first + len(shown.vertices)), shown.shape
-        keys = shown.transforms[:, ropes.key_index]
-        displacements[at] = (_in_key(shown.vertices, keys) - source.rests[shape]).reshape(len(keys), -1)
-        seen = ropes.embedded(shown.vertices)
-        seen[:, ropes.kinematic] = ropes.carried_by(shown.transforms, source.shaped[shape])
-        bones[at] = _in_key(seen, keys) - rests[shape]
-        rope_bones[at] = _in_key(shown.rope_bones, keys) - rests[shape]
-        sides[at] = shown.side
-        normals[at] = np.einsum("fvi,fij->fvj", shown.clearances.normals, keys[:, :, :3])
-        heights[at] = shown.clearances.heights
+    for frames_of_take in _training_takes(source, ropes, partner):
+        at, shape = slice(first, first + len(frames_of_take.vertices)), frames_of_take.shape
+        keys = frames_of_take.transforms[:, ropes.key_index]
+        displacements[at] = (_in_key(frames_of_take.vertices, keys) - source.rests[shape]).reshape(len(keys), -1)
+        mesh_bones = ropes.positions_on(frames_of_take.vertices)
+        mesh_bones[:, ropes.kinematic] = ropes.kinematic_paths(frames_of_take.transforms, source.shaped[shape])
+        bones[at] = _in_key(mesh_bones, keys) - rests[shape]
+        rope_bones[at] = _in_key(frames_of_take.rope_bones, keys) - rests[shape]
+        sides[at] = frames_of_take.side
+        normals[at] = np.einsum("fvi,fij->fvj", frames_of_take.clearances.normals, keys[:, :, :3])
+        heights[at] = frames_of_take.clearances.heights
         first = at.stop
         if progress is not None:
             progress("frames", first, count)
     free = np.ones((ropes.node_count, 3), np.float32)
     free[ropes.kinematic] = 0
-    frames = Frames(
+    frames = KeyFrames(
         displacements=displacements,
         bones=bones.reshape(count, -1),
         rope_bones=rope_bones.reshape(count, -1),
@@ -156,20 +154,20 @@ def gather(
     return frames, Clearances(normals, heights)
 
 
-def _all_shown(source: Source, ropes: Ropes, partner: np.ndarray | None) -> Iterator[_Shown]:
+def _training_takes(source: TakeFrames, ropes: Ropes, partner: np.ndarray | None) -> Iterator[_TrainingTake]:
     for take, side, shape in source.takes():
         shaped, clip = source.shaped[shape], take.clip_frames
         transforms = _transforms(shaped, take)[clip]
         vertices = take.vertices[clip]
         posed = [shaped.posed(take.motion[index]) for index in clip]
         clear = clearances(vertices, [body.vertices for body in posed], [body.normals for body in posed])
-        roped = _simulated(ropes, shaped, take.motion, clip, vertices)
-        yield _Shown(vertices, clear, transforms, roped, side, shape)
+        rope_bones = _simulate_ropes(ropes, shaped, take.motion, clip, vertices)
+        yield _TrainingTake(vertices, clear, transforms, rope_bones, side, shape)
         if partner is not None and side == 0:
-            vertices, transforms = mirrored_vertices(vertices, partner), mirrored_transforms(transforms)
-            clear = Clearances(mirrored_vertices(clear.normals, partner), clear.heights[:, partner])
-            roped = _simulated(ropes, shaped, mirrored_motion(take.motion), clip, vertices)
-            yield _Shown(vertices, clear, transforms, roped, side, shape)
+            vertices, transforms = mirror_vertices(vertices, partner), mirror_transforms(transforms)
+            clear = Clearances(mirror_vertices(clear.normals, partner), clear.heights[:, partner])
+            rope_bones = _simulate_ropes(ropes, shaped, mirror_motion(take.motion), clip, vertices)
+            yield _TrainingTake(vertices, clear, transforms, rope_bones, side, shape)
 
 
 def _transforms(shaped: ShapedBody, take: Take) -> Float[np.ndarray, "frames joints 3 4"]:
@@ -177,17 +175,17 @@ def _transforms(shaped: ShapedBody, take: Take) -> Float[np.ndarray, "frames joi
 
 
 def _in_key(points: np.ndarray, keys: np.ndarray) -> np.ndarray:
-    return np.stack([to_key(key.astype(np.float64), each) for key, each in zip(keys, points, strict=True)])
+    return np.stack([to_key_frame(key.astype(np.float64), each) for key, each in zip(keys, points, strict=True)])
 
 
-def _simulated(
+def _simulate_ropes(
     ropes: Ropes, shaped: ShapedBody, motion: Motion, clip: Int[np.ndarray, " clip"], truth: FramesOfVertices
 ) -> np.ndarray:
-    """The ropes' own bones along a clip; those of the ground truth while they settle, in the first second."""
+    """Returns the bones of simulated ropes along a clip; in the first second, while they settle, those of the cloth."""
     state = ropes.start(shaped.posed(motion[0]))
     positions = []
     for index in range(len(motion)):
         state = ropes.step(state, shaped.posed(motion[index]), 1 / motion.fps)
         positions.append(state.positions)
     settled = (clip >= motion.fps)[:, None, None]
-    return np.where(settled, np.stack(positions)[clip], ropes.embedded(truth))
+    return np.where(settled, np.stack(positions)[clip], ropes.positions_on(truth))

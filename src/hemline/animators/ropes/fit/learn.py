@@ -1,4 +1,4 @@
-"""Bases, networks and bone correction from frames: the order of Sections 7 and 8."""
+"""Fit of bases, networks and bone correction to frames, in the order of Sections 7 and 8."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -14,16 +14,16 @@ from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import PackedBasis, pack_basis
 from hemline.learning.pca import Pca, principal_of_map
 
+from .basis_network import BasisNetwork, project_frames
 from .fit_figures import fit_figures
-from .frames import Frames
+from .frames import KeyFrames
 from .linear import LinearMap
-from .stage import Stage, projected
-from .training_set import Contact, Skinned, TrainingSet
+from .training_set import CollisionTerm, MeshNetworks, TrainingSet
 
 
 @dataclass(frozen=True)
 class Learned:
-    """What a fit finds out about a garment."""
+    """Bases, networks and figures of a fit."""
 
     skinning_basis: PackedBasis
     shape_basis: PackedBasis
@@ -33,14 +33,14 @@ class Learned:
     figures: dict[str, float]
 
     @property
-    def skinned(self) -> Skinned:
-        """The two networks as they are played."""
-        bases = [each.unpacked() for each in (self.skinning_basis, self.shape_basis)]
-        return Skinned((self.skinning, self.shape), np.concatenate(bases))
+    def mesh_networks(self) -> MeshNetworks:
+        """The two networks from bones to mesh, as they are used in playing."""
+        bases = [each.unpack() for each in (self.skinning_basis, self.shape_basis)]
+        return MeshNetworks((self.skinning, self.shape), np.concatenate(bases))
 
 
 def learn(
-    frames: Frames,
+    frames: KeyFrames,
     clearances: Clearances | None,
     config: RopesConfig,
     *,
@@ -48,15 +48,15 @@ def learn(
     progress: Progress | None = None,
     folder: Path | None = None,
 ) -> Learned:
-    """Fit both bases, both networks and the bone correction.
+    """Fits both bases, both networks and the bone correction.
 
     Args:
         frames: Displacements, bones and the split.
-        clearances: Where the body is, for the collision term; None leaves it out.
+        clearances: Clearances from the body for the collision term; None omits it.
         config: Options.
-        seed: Seed of all that is random.
+        seed: Seed of all random numbers.
         progress: Called with stage, passes done and in all.
-        folder: Where the state of the training is kept.
+        folder: Where the state of the training is saved.
 
     Returns:
         Bases, networks, figures.
@@ -67,52 +67,53 @@ def learn(
         MissingExtra: torch is not installed.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
-        Clothing", 2024, Sections 7 and 8. Differs: a basis holds what a linear map from the bones can say of the ground
-        truth, or of the residual of the first network (as it is played, 8 bits and all), not those themselves: much of
-        them no network can say, and what it can would not find room. See `linear.LinearMap`.
+        Clothing", 2024, Sections 7 and 8. Differs: a basis spans the output of a linear map from the bones to the
+        ground truth, or to the residual of the first network (8-bit columns included), instead of the frames or
+        residuals themselves: much of those no network can predict, and what it can predict would find no room. See
+        `linear.LinearMap`.
     """
-    tell = progress or (lambda stage, done, total: None)
+    report = progress or (lambda stage, done, total: None)
     mark = content_hash(asdict(config), {"seed": seed}, frames.mark)
-    tell("line", 0, 1)
-    linear = LinearMap.fitted(frames, config.bone_noise)
-    tell("line", 1, 1)
+    report("line", 0, 1)
+    linear = LinearMap.fit(frames, config.bone_noise)
+    report("line", 1, 1)
     trained = frames.bones[frames.train]
-    common = (frames, clearances, config, mark, tell, folder)
+    common = (frames, clearances, config, mark, report, folder)
     pca = principal_of_map(linear.matrix, linear.offset, trained, config.components)
-    first = _stage("skinning", pca, None, config.second_columns, config.skinning_rate, seed, *common)
+    first = _train_stage("skinning", pca, None, config.second_columns, config.skinning_rate, seed, *common)
     pca = principal_of_map(*linear.beyond(frames, first), trained, config.shape_components)
-    second = _stage("shape", pca, first, 0, config.shape_rate, seed + 1, *common)
+    second = _train_stage("shape", pca, first, 0, config.shape_rate, seed + 1, *common)
     from .correction import train_correction
 
-    skinned = Skinned((first.network, second.network), np.concatenate([first.unpacked, second.unpacked]))
+    mesh_networks = MeshNetworks((first.network, second.network), np.concatenate([first.vectors, second.vectors]))
     correction = train_correction(
         frames,
-        skinned,
+        mesh_networks,
         clearances,
         config,
         seed=seed,
         mark=mark,
         folder=folder,
-        progress=lambda done, total: tell("bone correction", done, total),
+        progress=lambda done, total: report("bone correction", done, total),
     )
     figures = fit_figures(frames, first, second, linear)
     return Learned(first.basis, second.basis, first.network, second.network, correction, figures)
 
 
-def _stage(
+def _train_stage(
     name: str,
     pca: Pca,
-    before: Stage | None,
+    before: BasisNetwork | None,
     extra: int,
     rate: float,
     seed: int,
-    frames: Frames,
+    frames: KeyFrames,
     clearances: Clearances | None,
     config: RopesConfig,
     mark: str,
-    tell: Progress,
+    report: Progress,
     folder: Path | None,
-) -> Stage:
+) -> BasisNetwork:
     try:
         from .networks import train_network
     except ModuleNotFoundError as reason:
@@ -122,15 +123,15 @@ def _stage(
         stage=name,
         bones=frames.bones,
         free=frames.free,
-        coefficients=projected(frames, before, pca),
+        coefficients=project_frames(frames, before, pca),
         deviations=pca.deviations,
         train=frames.train,
         val=frames.val,
         vertex_count=frames.vertex_count,
     )
-    unpacked = basis.unpacked()
-    earlier = (before.coefficients, before.unpacked) if before else None
-    contact = Contact(unpacked, frames.displacements, earlier, clearances) if clearances else None
+    vectors = basis.unpack()
+    earlier = (before.coefficients, before.vectors) if before else None
+    contact = CollisionTerm(vectors, frames.displacements, earlier, clearances) if clearances else None
     network = train_network(
         training,
         contact,
@@ -139,6 +140,6 @@ def _stage(
         seed=seed,
         mark=mark,
         folder=folder,
-        progress=lambda done, total: tell(f"{name} network", done, total),
+        progress=lambda done, total: report(f"{name} network", done, total),
     )
-    return Stage(pca, basis, network, network.many(frames.bones))
+    return BasisNetwork(pca, basis, network, network.many(frames.bones))

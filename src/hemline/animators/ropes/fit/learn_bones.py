@@ -1,4 +1,4 @@
-"""Learned bones from simulated ones, and what the bones of a garment are when it plays."""
+"""Fit of learned bones to simulated ones, and the bones of a garment in playing."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -16,15 +16,15 @@ from hemline.errors import BadDataset, MissingExtra
 from hemline.files import content_hash
 from hemline.learning.pca import principal_of_map
 
-from .gather import Source
+from .gather import TakeFrames
 from .sequences import sequences
 
-SHORTEST = 10
-"""Steps that a rollout must be able to take."""
+SHORTEST_ROLLOUT = 10
+"""Smallest number of steps of a rollout."""
 
 
 def learn_bones(
-    source: Source,
+    source: TakeFrames,
     ropes: Ropes,
     config: RopesConfig,
     *,
@@ -32,15 +32,15 @@ def learn_bones(
     progress: Progress | None = None,
     folder: Path | None = None,
 ) -> LearnedBones:
-    """Fit learned bones to the simulated ones.
+    """Fits learned bones to the simulated ones.
 
     Args:
         source: The takes.
         ropes: The bones of the garment.
         config: Options.
-        seed: Seed of all that is random.
+        seed: Seed of all random numbers.
         progress: Called with stage, passes done and in all.
-        folder: Where the state of the training is kept.
+        folder: Where the state of the training is saved.
 
     Raises:
         BadDataset: No take is long enough.
@@ -51,11 +51,11 @@ def learn_bones(
         from .rollouts import train_rollouts
     except ModuleNotFoundError as reason:
         raise MissingExtra("torch", "learn", "fitting rope chains") from reason
-    tell = progress or (lambda stage, done, total: None)
+    report = progress or (lambda stage, done, total: None)
     data = sequences(source, ropes, clearance=config.bone_clearance, mirror=config.mirror)
-    if data.longest < SHORTEST:
+    if data.longest < SHORTEST_ROLLOUT:
         got = f"none longer than {max(0, data.longest + 3)} frames"
-        what = f"learned bones need takes of {SHORTEST + 3} frames, lead-in and all"
+        what = f"learned bones need takes of {SHORTEST_ROLLOUT + 3} frames, lead-in and all"
         raise BadDataset(what, got, "simulate longer clips, or ask for 'bones': 'ropes'")
     trained = data.bones[data.side == 0].reshape((data.side == 0).sum(), -1)
     rows = trained.shape[1]
@@ -66,15 +66,15 @@ def learn_bones(
         config,
         seed=seed,
         mark=content_hash(asdict(config), {"seed": seed}, source.mark, data.bones),
-        progress=lambda done, total: tell("learned bones", done, total),
+        progress=lambda done, total: report("learned bones", done, total),
         folder=folder,
     )
     return LearnedBones(modes, network, low, high, data.dt, config.bone_clearance)
 
 
-def own_bones(source: Source, bones: BoneSource) -> Float[np.ndarray, "frames ins"]:
-    """Displacements of all bones when the held-out takes are played, clip by clip without lead-ins [m]."""
-    found = []
+def play_bones(source: TakeFrames, bones: BoneSource) -> Float[np.ndarray, "frames ins"]:
+    """Returns displacements of all bones in playing the held-out takes, clip by clip without lead-ins [m]."""
+    displacements = []
     for take, side, shape in source.takes():
         if side == 0:
             continue
@@ -84,5 +84,5 @@ def own_bones(source: Source, bones: BoneSource) -> Float[np.ndarray, "frames in
         for index in range(len(take.motion)):
             state, each = bones.step(state, shaped.posed(take.motion[index]), 1 / take.motion.fps, rest)
             moved.append(each)
-        found.append(np.stack(moved)[take.clip_frames])
-    return np.concatenate(found)
+        displacements.append(np.stack(moved)[take.clip_frames])
+    return np.concatenate(displacements)

@@ -1,4 +1,4 @@
-"""The training of one network with torch: coefficients from bones, on the data term and the collision term."""
+"""Training of one network with torch: coefficients from bones, by a data term and a collision term."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,17 +8,17 @@ import torch
 
 from hemline.animators.ropes.config import RopesConfig
 from hemline.learning.collision import collision_loss
-from hemline.learning.fit.batches import SMALLEST_DEVIATION, drawn_vertices, with_noise
+from hemline.learning.fit.batches import SMALLEST_DEVIATION, sample_vertices, with_noise
 from hemline.learning.fit.network import ScaledNetwork
 from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer
 from hemline.learning.mlp import Mlp
 
-from .training_set import Contact, TrainingSet
+from .training_set import CollisionTerm, TrainingSet
 
 
 def train_network(
     training: TrainingSet,
-    contact: Contact | None,
+    contact: CollisionTerm | None,
     config: RopesConfig,
     *,
     rate: float,
@@ -27,20 +27,20 @@ def train_network(
     progress: Callable[[int, int], None],
     folder: Path | None,
 ) -> Mlp:
-    r"""Fit a network of two hidden layers.
+    r"""Fits a network of two hidden layers.
 
-    The data term is the mean square distance of the vertices. With an orthonormal basis it is, up to a constant, that
-    of the coefficients: $\sum_k (c_k - c^*_k)^2 / V$, which costs a hundredth.
+    The data term is the mean square distance of the vertices. With an orthonormal basis it equals, up to a constant,
+    that of the coefficients, $\sum_k (c_k - c^*_k)^2 / V$, at a hundredth of the cost.
 
     Args:
         training: Inputs, outputs and the split.
-        contact: For the collision term; None leaves it out.
+        contact: Data of the collision term; None omits it.
         config: Options.
         rate: First learning rate of Adam; a cosine takes it to zero.
         seed: Seed of the weights, of the order of frames and of the noise.
-        mark: Hash of all that the training depends on; a checkpoint with another one is not used.
+        mark: Hash of everything that the training depends on; a checkpoint with another one is not used.
         progress: Called with the epochs done and in all.
-        folder: Where the checkpoint is kept; None: nowhere.
+        folder: Where the checkpoint is saved; None: nowhere.
 
     Returns:
         The network, with the scales of inputs and outputs folded in.
@@ -51,8 +51,8 @@ def train_network(
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Sections 7 to 9. Differs: inputs and outputs are scaled to unit deviation; the network begins
         as the ridge regression (`linear_start`), without which a thousand frames leave five times the error on unseen
-        clips and the paper's rates hardly get anywhere; noise on the bones; the epoch with the least validation loss is
-        kept.
+        clips, and the paper's learning rates hardly improve it; noise on the bones; the epoch with the least validation
+        loss is kept.
     """
     objective = CoefficientObjective(training, contact, config, seed)
     schedule = Schedule(config.epochs, config.batch, rate, seed, config.threads)
@@ -60,13 +60,13 @@ def train_network(
         Checkpoint(folder / f"{training.stage}.safetensors", mark, config.checkpoint_epochs) if folder else None
     )
     Trainer(objective, schedule).run(checkpoint=checkpoint, progress=progress)
-    return objective.network.folded()
+    return objective.network.to_mlp()
 
 
 class CoefficientObjective:
-    """The loss of one network: how far its coefficients are off, and what its vertices lack to be clear of the body."""
+    """The loss of one network: the error of its coefficients, and the collision of its vertices with the body."""
 
-    def __init__(self, training: TrainingSet, contact: Contact | None, config: RopesConfig, seed: int):
+    def __init__(self, training: TrainingSet, contact: CollisionTerm | None, config: RopesConfig, seed: int):
         self.training, self.contact, self.config = training, contact, config
         self.name = f"{training.stage} network"
         deviations = np.maximum(training.deviations, 1e-6).astype(np.float32)
@@ -77,7 +77,7 @@ class CoefficientObjective:
 
     @property
     def parameters(self) -> list[torch.Tensor]:
-        """Those of the network."""
+        """Parameters of the network."""
         return self.network.parameters
 
     @property
@@ -86,34 +86,34 @@ class CoefficientObjective:
         return self.training.train
 
     def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
-        """Both terms on bones with noise."""
+        """Returns the sum of both terms, on bones with noise."""
         bones = with_noise(self.training.bones[chosen], self.config.bone_noise, self.training.free, random)
         return self._both_terms(chosen[mine], self.network(torch.from_numpy(bones[mine])), random)
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
-        """Both terms on held-out frames, without noise."""
+        """Returns the sum of both terms on held-out frames, without noise."""
         frames = self.training.val if len(self.training.val) else self.training.train
         return self._both_terms(frames, self.network(torch.from_numpy(self.training.bones[frames])), random)
 
-    def _both_terms(self, chosen: np.ndarray, found: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
-        loss = self.config.data_weight * self._misses(chosen, found).mean() / self.training.vertex_count
+    def _both_terms(self, chosen: np.ndarray, coefficients: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
+        loss = self.config.data_weight * self._square_errors(chosen, coefficients).mean() / self.training.vertex_count
         if self.contact:
-            loss = loss + self.config.collision_weight * self.collision(chosen, found, random)
+            loss = loss + self.config.collision_weight * self.collision(chosen, coefficients, random)
         return loss
 
-    def _misses(self, chosen: np.ndarray, found: torch.Tensor) -> torch.Tensor:
-        """Square distance of the coefficients of each frame to those of the ground truth."""
-        return ((found - torch.from_numpy(self.training.coefficients[chosen])) ** 2).sum(dim=1)
+    def _square_errors(self, chosen: np.ndarray, coefficients: torch.Tensor) -> torch.Tensor:
+        """Returns the square distance of the coefficients of each frame to those of the ground truth."""
+        return ((coefficients - torch.from_numpy(self.training.coefficients[chosen])) ** 2).sum(dim=1)
 
-    def collision(self, chosen: np.ndarray, found: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
-        """Mean over random vertices of the square of what they lack; unbiased in the choice."""
+    def collision(self, chosen: np.ndarray, coefficients: torch.Tensor, random: np.random.Generator) -> torch.Tensor:
+        """Returns the collision term over random vertices, an unbiased estimate."""
         contact, config = self.contact, self.config
         assert contact is not None
-        vertices, rows = drawn_vertices(self.training.vertex_count, config.collision_vertices, random)
-        offsets = found @ torch.from_numpy(contact.basis[:, rows])
+        vertices, rows = sample_vertices(self.training.vertex_count, config.collision_vertices, random)
+        offsets = coefficients @ torch.from_numpy(contact.basis[:, rows])
         if contact.before is not None:  # torch's product: NumPy's threads would wait for torch's, and they for it
-            coefficients, basis = contact.before
-            offsets = offsets + torch.from_numpy(coefficients[chosen]) @ torch.from_numpy(basis[:, rows])
+            earlier, basis = contact.before
+            offsets = offsets + torch.from_numpy(earlier[chosen]) @ torch.from_numpy(basis[:, rows])
         truth = torch.from_numpy(contact.displacements[chosen[:, None], rows])
         offsets = (offsets - truth).reshape(len(chosen), len(vertices), 3)
         return collision_loss(offsets, contact.clearances, chosen, vertices, config.expansion)

@@ -1,39 +1,39 @@
-"""The simulated bones of all takes, frame after frame: what learned bones are trained on."""
+"""The simulated bones of all takes, frame after frame: the training set of learned bones."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.animators.ropes.bones.body_inputs import COUNT, BodyAtRest, body_inputs
+from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, BodyAtRest, body_inputs
 from hemline.animators.ropes.bones.bones import margins_of, rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.arrays import Float, Int
 from hemline.collide.primitives.proxy import Colliders
-from hemline.learning.mirror import mirror_of, mirrored_transforms, mirrored_vertices
+from hemline.learning.mirror import mirror_of, mirror_transforms, mirror_vertices
 
-from .gather import Source
+from .gather import TakeFrames
 
-STANDING = 10.0
-"""So long each body shape stands still in what is trained on: bones that were moved are to come back to rest [s]."""
+STANDING_SECONDS = 10.0
+"""Time that each body shape stands still in the training set, so that displaced bones learn to return to rest [s]."""
 
 
 @dataclass(frozen=True)
 class Sequences:
-    """Frames of all takes one after the other, lead-ins included; the first two of each have no inputs."""
+    """Frames of all takes one after the other, lead-ins included; the first two of each take have no inputs."""
 
     body: Float[np.ndarray, "frames ins"]
     """`body_inputs` of the step to each frame, float32."""
     bones: Float[np.ndarray, "frames free 3"]
     """Displacements of the simulated bones from rest in the key frame [m], float32."""
     turns: Float[np.ndarray, "frames 3 3"]
-    """Turns vectors of the key frame before into this one."""
+    """Rotation of vectors from the previous key frame into this one."""
     shifts: Float[np.ndarray, "frames 3"]
-    """Where the origin of the key frame before lies in this one [m]."""
+    """Origin of the previous key frame in this one [m]."""
     first: Int[np.ndarray, " frames"]
-    """The first frame of the take that a frame is of."""
+    """First frame of the take of each frame."""
     last: Int[np.ndarray, " frames"]
-    """Its last frame."""
+    """Last frame of the take of each frame."""
     side: Int[np.ndarray, " frames"]
     """0 train, 1 val, 2 test."""
     rest: Float[np.ndarray, "shapes free 3"]
@@ -43,7 +43,7 @@ class Sequences:
     margins: Float[np.ndarray, " free"]
     """Distance that each bone keeps from the body's primitives [m]."""
     frames: Float[np.ndarray, "frames joints 3 4"]
-    """Skin transforms, the key joint's taken away."""
+    """Skin transforms in the frame of the key joint."""
     colliders: Colliders
     """The body's primitives, with shapes and centres for each body shape (bodies, prims, 16 and 4)."""
     dt: float
@@ -51,33 +51,33 @@ class Sequences:
 
     @property
     def longest(self) -> int:
-        """The most steps that can be taken from a frame of a take to train on."""
+        """Largest number of steps from a frame of a take to train on."""
         trained = self.side == 0
         return int((self.last[trained] - self.first[trained]).max(initial=0)) - 2
 
     def windows(self, side: int, length: int) -> Int[np.ndarray, " windows"]:
-        """Frames of one side from which `length` steps can be taken, and which have two frames before them."""
+        """Returns the frames of one side with two frames before and `length` frames after them."""
         frames = np.arange(len(self.side))
         here = (self.side == side) & (frames - self.first >= 2) & (frames + length <= self.last)
         return frames[here]
 
 
-def sequences(source: Source, ropes: Ropes, *, clearance: float, mirror: bool) -> Sequences:
-    """The bones of all takes, those to train on mirrored, too, and of bodies that stand still in their rest pose.
+def sequences(source: TakeFrames, ropes: Ropes, *, clearance: float, mirror: bool) -> Sequences:
+    """Gathers the bones of all takes, of mirror images of those to train on, and of bodies at rest.
 
     Args:
         source: The takes.
         ropes: The bones.
         clearance: Distance that bones keep from the body's primitives, unless they are nearer at rest [m].
-        mirror: Show the takes to train on mirrored, too, where garment and body are symmetric.
+        mirror: Add mirror images of the takes to train on, where garment and body are symmetric.
     """
     partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
     free = np.flatnonzero(ropes.parents >= 0)
     rests = [rest_bones(ropes, rest, shaped)[free] for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     at_rest = [BodyAtRest(ropes.key_index, np.asarray(shaped.joints, np.float64)) for shaped in source.shaped]
     columns, first, dt = [], 0, 1 / 30
-    for bones, transforms, side, shape, dt in _shown(source, ropes, free, partner):
-        body = np.zeros((len(bones), COUNT), np.float32)
+    for bones, transforms, side, shape, dt in _training_clips(source, ropes, free, partner):
+        body = np.zeros((len(bones), BODY_INPUT_COUNT), np.float32)
         body[2:] = body_inputs(at_rest[shape], transforms[:-2], transforms[1:-1], transforms[2:], dt, dt)
         keys = transforms[:, ropes.key_index]
         placed = (bones - keys[:, None, :, 3]) @ keys[:, :, :3] - rests[shape]
@@ -108,33 +108,33 @@ def sequences(source: Source, ropes: Ropes, *, clearance: float, mirror: bool) -
 
 
 def _in_key(transforms: Float[np.ndarray, "frames joints 3 4"], key: int) -> Float[np.ndarray, "frames joints 3 4"]:
-    """Skin transforms of each frame as seen from its key joint."""
+    """Returns the skin transforms of each frame in the frame of its key joint."""
     back = np.swapaxes(transforms[:, key, :, :3], 1, 2)
-    seen = back[:, None] @ transforms
-    seen[..., 3] -= np.einsum("fab,fb->fa", back, transforms[:, key, :, 3])[:, None]
-    return seen
+    local = back[:, None] @ transforms
+    local[..., 3] -= np.einsum("fab,fb->fa", back, transforms[:, key, :, 3])[:, None]
+    return local
 
 
-def _colliders(source: Source, ropes: Ropes) -> Colliders:
+def _colliders(source: TakeFrames, ropes: Ropes) -> Colliders:
     states = [ropes.start(shaped.posed(shaped.rest_pose)) for shaped in source.shaped]
     stacked = [np.stack([getattr(state, name) for state in states]) for name in ("shapes", "centres", "pivots")]
     return Colliders(ropes.proxy.kinds, ropes.proxy.joints, *stacked)
 
 
-def _shown(
-    source: Source, ropes: Ropes, free: np.ndarray, partner: np.ndarray | None
+def _training_clips(
+    source: TakeFrames, ropes: Ropes, free: np.ndarray, partner: np.ndarray | None
 ) -> Iterator[tuple[np.ndarray, Float[np.ndarray, "frames joints 3 4"], int, int, float]]:
-    """Bones and transforms of each take, with its side, shape and time between frames; then the bodies at rest."""
+    """Yields bones, transforms, side, shape and time step of each take; then those of the bodies at rest."""
     dt = 1 / 30
     for take, side, shape in source.takes():
         dt, shaped = 1 / take.motion.fps, source.shaped[shape]
         transforms = shaped.transforms_of(take.motion.rotations, take.motion.translations)[0].astype(np.float64)
-        yield ropes.embedded(take.vertices)[:, free], transforms, side, shape, dt
+        yield ropes.positions_on(take.vertices)[:, free], transforms, side, shape, dt
         if partner is not None and side == 0:
-            bones = ropes.embedded(mirrored_vertices(take.vertices, partner))[:, free]
-            yield bones, mirrored_transforms(transforms), side, shape, dt
+            bones = ropes.positions_on(mirror_vertices(take.vertices, partner))[:, free]
+            yield bones, mirror_transforms(transforms), side, shape, dt
     for shape, (rest, shaped) in enumerate(zip(source.rests, source.shaped, strict=True)):
-        count = round(STANDING / dt)
+        count = round(STANDING_SECONDS / dt)
         still = shaped.posed(shaped.rest_pose).transforms.astype(np.float64)
-        bones = np.tile(ropes.embedded(rest)[free], (count, 1, 1))
+        bones = np.tile(ropes.positions_on(rest)[free], (count, 1, 1))
         yield bones, np.tile(still, (count, 1, 1, 1)), 0, shape, dt

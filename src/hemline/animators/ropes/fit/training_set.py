@@ -1,4 +1,4 @@
-"""What the networks of rope chains are trained on."""
+"""Training sets of the networks of rope chains."""
 
 from dataclasses import dataclass
 
@@ -14,13 +14,13 @@ class TrainingSet:
     """Inputs, outputs and the split of one network."""
 
     stage: str
-    """`skinning` or `shape`: the name of the checkpoint."""
+    """`skinning` or `shape`; also the name of the checkpoint."""
     bones: Float[np.ndarray, "frames ins"]
     """Displacements of all bones in the key frame [m], float32."""
     free: Float[np.ndarray, " ins"]
-    """1 where an input belongs to a simulated bone, 0 for those that the body carries: noise goes on the first."""
+    """1 where an input belongs to a simulated bone, which gets noise, 0 for bones that the body carries."""
     coefficients: Float[np.ndarray, "frames modes"]
-    """The outputs that are wanted [m]."""
+    """The target outputs [m]."""
     deviations: Float[np.ndarray, " modes"]
     """Root mean square of each coefficient [m]."""
     train: Int[np.ndarray, " train"]
@@ -31,27 +31,27 @@ class TrainingSet:
 
 
 @dataclass(frozen=True)
-class Contact:
-    """What the collision term needs to see of the frames."""
+class CollisionTerm:
+    """Data of the frames for the collision term."""
 
     basis: Float[np.ndarray, "modes rows"]
-    """Basis vectors as they are played."""
+    """Basis vectors as they are used in playing."""
     displacements: Float[np.ndarray, "frames rows"]
     """The ground truth [m]."""
     before: tuple[Float[np.ndarray, "frames modes"], Float[np.ndarray, "modes rows"]] | None
-    """Coefficients and basis of the network before this one, which add to what it makes."""
+    """Coefficients and basis of the network before this one, whose displacements are added."""
     clearances: Clearances
-    """Of all frames."""
+    """Clearances of all frames."""
 
 
 @dataclass(frozen=True)
-class Skinned:
-    """The two networks of a garment as they are played."""
+class MeshNetworks:
+    """The two networks from bones to mesh, as they are used in playing."""
 
     networks: tuple[Mlp, Mlp]
     basis: Float[np.ndarray, "modes rows"]
     """Both bases, one below the other."""
 
     def rows(self, bones: Float[np.ndarray, "frames ins"]) -> Float[np.ndarray, "frames rows"]:
-        """Displacements of the vertices that they make of bones [m]."""
+        """Returns displacements of the vertices for given bones [m]."""
         return np.concatenate([network.many(bones) for network in self.networks], axis=1) @ self.basis

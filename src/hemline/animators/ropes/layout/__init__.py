@@ -1,1 +1,1 @@
-"""Where rope chains run on a garment."""
+"""Layout of rope chains on a garment: from its pinned rim down to the hem."""

@@ -1,8 +1,8 @@
-"""Lay rope chains on a garment: by geodesics from the pinned rim to the hem, or along vertices given by hand.
+"""Building of rope chains on a garment: by geodesics from the pinned rim to the hem, or along vertices given by hand.
 
-Two coordinates are found for every vertex: the geodesic distance d from the rim, and the place u on the rim from which
-the shortest way comes. Along a line of constant u the distance d is arc length, so a chain is a line of constant u and
-the longest distance between two of its bones is their difference in d.
+Each vertex gets two coordinates: the geodesic distance d from the rim, and the place u on the rim where the shortest
+path starts. Along a line of constant u the distance d is arc length, so a chain is a line of constant u, and the
+longest distance between two of its bones is their difference in d.
 """
 
 from itertools import pairwise
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hemline.animators.ropes.bones.chains import Ropes
-from hemline.animators.ropes.bones.embedding import Carriage, Embedding
+from hemline.animators.ropes.bones.embedding import Carriage, NodeEmbedding
 from hemline.animators.ropes.mechanics.balance import drape_balance
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains, spans_and_directions
@@ -20,31 +20,31 @@ from hemline.collide.primitives.proxy import BodyProxy
 from hemline.errors import BadGarment
 from hemline.meshes import geodesic_distances
 
-from .chart import Chart
-from .lines import Lines, decomposed_lines, even_lines
+from .lines import ChainLines, even_lines, ssdr_lines
+from .unroll import UnrolledGarment
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
     from hemline.garments.garment import Garment
 
 
-_TAUT = 0.75
-"""A rope is taut at rest that is at least this share of its cloth long; there it cannot be longer."""
-_APART = 0.002
-"""So much nearer to the body than at rest each bone may come, at least [m]."""
+_TAUT_RATIO = 0.75
+"""A rope is taut at rest if its span is at least this fraction of the length of its cloth; then it cannot lengthen."""
+_CLEARANCE_SLACK = 0.002
+"""Distance by which each bone may come nearer to the body than at rest [m]."""
 
 
 class _Plan(NamedTuple):
-    """Where bones go: unattached first, then chain by chain."""
+    """Places and lengths of the bones: unattached ones first, then chain by chain."""
 
-    embedding: Embedding
+    embedding: NodeEmbedding
     offsets: Int[np.ndarray, " chains_and_one"]
     lengths: Float[np.ndarray, " nodes"]
     pairs: Int[np.ndarray, "pairs 2"]
     pair_lengths: Float[np.ndarray, " pairs"]
 
 
-def lay_out(
+def build_ropes(
     garment: "Garment",
     shaped: "ShapedBody",
     *,
@@ -55,27 +55,27 @@ def lay_out(
     constants: RopeConstants | None = None,
     frames: FramesOfVertices | None = None,
 ) -> Ropes:
-    """Lay chains on a garment, or take its own (`garment.chains`), and bind the kinematic bones to the body.
+    """Builds chains on a garment, or takes its own (`garment.chains`), and binds the kinematic bones to the body.
 
     Args:
         garment: Mesh, pins and material; its rest metric gives the lengths.
         shaped: The body that `rest` was settled on, in the shape that the garment was made on.
         rest: The settled drape in the body's rest pose; the garment's own start positions unless given [m].
-        chain_count: Chains to lay.
+        chain_count: Number of chains.
         bone_counts: Fewest and most bones of a chain, root included; longer chains get more.
-        strain_p99: Stretch that the cloth reaches at its 99th percentile; ropes are that much longer.
-        constants: What the chains run on.
-        frames: Simulated frames, the motion of the key joint taken off [m]: bones go where a skinning decomposition of
-            them puts them; along geodesic lines at even distances unless given.
+        strain_p99: 99th percentile of the stretch of the cloth; ropes are longer by this ratio [1].
+        constants: Constants of the chains.
+        frames: Simulated frames in the frame of the key joint, whose skinning decomposition gives the places of the
+            bones [m]. Unless given, bones lie along geodesic lines at even distances.
 
     Raises:
-        BadInput: A decomposition into more bones than the garment has vertices for.
+        BadInput: The decomposition has more bones than the garment has vertices for.
         BadGarment: The pinned rim has no length; a chain names a vertex that does not exist, or fewer than two; chains
-            cross or end above where they begin; or the counts cannot be used.
+            cross or end above where they begin; or the counts are invalid.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
-        Clothing", 2024, Section 3 and Fig. 2. Differs: geodesic lines unless asked for what the paper says, by hand
-        or by skinning decomposition.
+        Clothing", 2024, Section 3 and Fig. 2. Differs: the default is geodesic lines; the paper's layouts, by hand or
+        by skinning decomposition, are options.
     """
     if chain_count < 1 or not 2 <= bone_counts[0] <= bone_counts[1] or not 0 <= strain_p99 < 1:
         raise BadGarment(
@@ -87,23 +87,23 @@ def lay_out(
     if garment.chains:
         plan = _by_hand(garment)
     else:
-        chart = Chart(garment)
+        unrolled = UnrolledGarment(garment)
         plan = _along_lines(
-            chart,
-            even_lines(chart, chain_count, bone_counts)
+            unrolled,
+            even_lines(unrolled, chain_count, bone_counts)
             if frames is None
-            else decomposed_lines(chart, vertices, frames, chain_count, bone_counts),
+            else ssdr_lines(unrolled, vertices, frames, chain_count, bone_counts),
         )
-    return _bound(garment, shaped, vertices, plan, strain_p99, constants or RopeConstants())
+    return _assemble_ropes(garment, shaped, vertices, plan, strain_p99, constants or RopeConstants())
 
 
-def _bound(
+def _assemble_ropes(
     garment: "Garment", shaped: "ShapedBody", vertices: Vertices, plan: _Plan, strain: float, constants: RopeConstants
 ) -> Ropes:
-    rest = plan.embedding.embedded(vertices)
+    rest = plan.embedding.positions_on(vertices)
     _check_downward(garment, plan.offsets, rest)
     spans, directions = spans_and_directions(rest, plan.offsets)
-    taut = spans >= _TAUT * plan.lengths
+    taut = spans >= _TAUT_RATIO * plan.lengths
     lengths = np.where(taut, spans, plan.lengths * (1 + strain))
     pairs = plan.pairs
     pair_rest = np.linalg.norm(rest[pairs[:, 0]] - rest[pairs[:, 1]], axis=1)
@@ -123,7 +123,7 @@ def _bound(
         roots.argmax(1).astype(np.int32),
         pairs,
         np.column_stack([pair_rest, np.maximum(plan.pair_lengths * (1 + strain), pair_rest)]),
-        clearances - _APART,
+        clearances - _CLEARANCE_SLACK,
         balance,
         tensions,
         constants,
@@ -140,28 +140,31 @@ def _by_hand(garment: "Garment") -> _Plan:
             what = f"garment '{garment.name}': a chain names two vertices or more, below {len(garment.vertices)}"
             raise BadGarment(what, got, "correct the chains")
     offsets = np.concatenate([[0], np.cumsum([len(chain) for chain in used])]).astype(np.int32)
-    ways = _ways_between(garment, np.concatenate(used))
-    _check_crossing(garment, offsets, ways)
-    following = np.arange(1, len(ways))
-    lengths = np.concatenate([[0.0], ways[following - 1, following]])
+    distances = _cloth_distances(garment, np.concatenate(used))
+    _check_crossing(garment, offsets, distances)
+    following = np.arange(1, len(distances))
+    lengths = np.concatenate([[0.0], distances[following - 1, following]])
     lengths[offsets[:-1]] = 0.0
-    pairs = _neighbours(offsets, _goes_round(ways[np.ix_(offsets[:-1], offsets[:-1])]))
-    across = ways[pairs[:, 0], pairs[:, 1]]
-    joined = np.isfinite(across)  # not so between pieces of cloth
-    return _Plan(Embedding.at_vertices(np.concatenate(used)), offsets, lengths, pairs[joined], across[joined])
+    pairs = _neighbours(offsets, _goes_round(distances[np.ix_(offsets[:-1], offsets[:-1])]))
+    across = distances[pairs[:, 0], pairs[:, 1]]
+    joined = np.isfinite(across)  # infinite between pieces of cloth
+    return _Plan(NodeEmbedding.at_vertices(np.concatenate(used)), offsets, lengths, pairs[joined], across[joined])
 
 
 def _check_crossing(
-    garment: "Garment", offsets: Int[np.ndarray, " chains_and_one"], ways: Float[np.ndarray, "nodes nodes"]
+    garment: "Garment", offsets: Int[np.ndarray, " chains_and_one"], distances: Float[np.ndarray, "nodes nodes"]
 ) -> None:
-    """Of four points of a sheet, the pair of lines that cross is longer than both other pairs."""
+    """Refuses chains that cross: of four points of a sheet, the lines that cross are longer than both other pairs."""
     ends = np.setdiff1d(np.arange(1, offsets[-1]), offsets)
     chain = np.searchsorted(offsets, ends, side="right")
     one, two = (index.ravel() for index in np.meshgrid(ends, ends, indexing="ij"))
     apart = (chain[:, None] < chain).ravel()
     one, two = one[apart], two[apart]
-    both = ways[one - 1, one] + ways[two - 1, two]
-    beside, across = ways[one - 1, two - 1] + ways[one, two], ways[one - 1, two] + ways[one, two - 1]
+    both = distances[one - 1, one] + distances[two - 1, two]
+    beside, across = (
+        distances[one - 1, two - 1] + distances[one, two],
+        distances[one - 1, two] + distances[one, two - 1],
+    )
     crossed = np.flatnonzero(both > 1.001 * np.maximum(beside, across))
     if len(crossed):
         which = (np.searchsorted(offsets, [one[crossed[0]], two[crossed[0]]], side="right") - 1).tolist()
@@ -175,8 +178,8 @@ def _check_downward(garment: "Garment", offsets: Int[np.ndarray, " chains_and_on
         raise BadGarment(what, f"chain {upward[0]} ends above it", "give the pinned end first")
 
 
-def _ways_between(garment: "Garment", vertices: Int[np.ndarray, " nodes"]) -> Float[np.ndarray, "nodes nodes"]:
-    """Shortest ways in the flat cloth from vertex to vertex [m]."""
+def _cloth_distances(garment: "Garment", vertices: Int[np.ndarray, " nodes"]) -> Float[np.ndarray, "nodes nodes"]:
+    """Returns shortest distances in the flat cloth from vertex to vertex [m]."""
     from_each = [
         geodesic_distances(garment.vertices, garment.faces, vertices[i : i + 1], rest_edges=garment.rest_edges)
         for i in range(len(vertices))
@@ -184,20 +187,20 @@ def _ways_between(garment: "Garment", vertices: Int[np.ndarray, " nodes"]) -> Fl
     return np.stack([distance[vertices] for distance in from_each])
 
 
-def _goes_round(ways: Float[np.ndarray, "chains chains"]) -> bool:
-    """Whether the last root is about as near to the first one as other neighbours are: a skirt, not a cape."""
-    return bool(ways[-1, 0] <= 1.5 * np.diagonal(ways, 1).max(initial=0.0))
+def _goes_round(distances: Float[np.ndarray, "chains chains"]) -> bool:
+    """Returns whether the last root is about as near to the first one as other neighbours: a skirt, not a cape."""
+    return bool(distances[-1, 0] <= 1.5 * np.diagonal(distances, 1).max(initial=0.0))
 
 
-def _along_lines(chart: Chart, lines: Lines) -> _Plan:
+def _along_lines(unrolled: UnrolledGarment, lines: ChainLines) -> _Plan:
     places, offsets = lines.places, lines.offsets
     lengths = np.concatenate([np.zeros(len(lines.between)), *(np.diff(line, prepend=0.0) for line in lines.depths)])
-    pairs = _neighbours(offsets, chart.rim.closed)
-    return _Plan(chart.embedding(places), offsets, lengths, pairs, chart.ways_across(places, pairs))
+    pairs = _neighbours(offsets, unrolled.rim.closed)
+    return _Plan(unrolled.embedding(places), offsets, lengths, pairs, unrolled.lengths_across(places, pairs))
 
 
 def _neighbours(offsets: Int[np.ndarray, " chains_and_one"], closed: bool) -> Int[np.ndarray, "pairs 2"]:
-    """Free bones, each with the bone of the next chain at the same share of its way down."""
+    """Pairs each free bone with the bone of the next chain at the same fraction of its length."""
     chains = [np.arange(first, last) for first, last in pairwise(offsets)]
     following = list(pairwise(chains))
     if closed and len(chains) > 2:
@@ -209,7 +212,7 @@ def _neighbours(offsets: Int[np.ndarray, " chains_and_one"], closed: bool) -> In
 
 
 def _masses(garment: "Garment", vertices: Vertices, rest: Nodes) -> Float[np.ndarray, " nodes"]:
-    """Mass of the cloth that is nearest to each bone [kg]."""
+    """Returns the mass of the cloth that is nearest to each bone [kg]."""
     from scipy.spatial import KDTree
 
     areas = np.abs(np.linalg.det(garment.rest_edges)) / 2

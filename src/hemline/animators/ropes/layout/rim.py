@@ -1,4 +1,4 @@
-"""The rim that a garment hangs from as a line, and where on it the shortest way from each vertex ends."""
+"""The rim that a garment hangs from as a line, and the point of it where the shortest path from each vertex ends."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -14,106 +14,108 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Rim:
-    """Vertices along the lower edge of the held part, in order."""
+class PinnedRim:
+    """Vertices along the lower edge of the pinned part, in order."""
 
     vertices: Int[np.ndarray, " rim"]
     """Garment vertex ids."""
-    shares: Float[np.ndarray, " rim"]
-    """Arc length up to each, as a share of the whole."""
+    fractions: Float[np.ndarray, " rim"]
+    """Arc length up to each vertex, as a fraction of the length."""
     length: float
-    """The whole [m]."""
+    """Length of the rim [m]."""
     closed: bool
-    """Whether it comes back to its beginning."""
+    """Whether the rim returns to its beginning."""
 
     @property
     def widest_gap(self) -> float:
-        """Between two neighbours on it, as a share of the whole."""
-        shares = np.append(self.shares, 1.0) if self.closed else self.shares
-        return float(np.diff(shares).max())
+        """Largest distance between two neighbours on the rim, as a fraction of the length."""
+        fractions = np.append(self.fractions, 1.0) if self.closed else self.fractions
+        return float(np.diff(fractions).max())
 
-    def point(self, share: float) -> tuple[Int[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-        """The point at a share of the way: corners and weights of a (degenerate) triangle."""
-        following = int(np.searchsorted(self.shares, share, side="right"))
+    def point(self, fraction: float) -> tuple[Int[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+        """Returns the point at a fraction of the length: corners and weights of a (degenerate) triangle."""
+        following = int(np.searchsorted(self.fractions, fraction, side="right"))
         first = max(following - 1, 0)
         second = following % len(self.vertices) if self.closed else min(following, len(self.vertices) - 1)
-        end = 1.0 if second == 0 and self.closed else self.shares[second]
-        width = end - self.shares[first]
-        part = float(np.clip((share - self.shares[first]) / width, 0, 1)) if width > 0 else 0.0
+        end = 1.0 if second == 0 and self.closed else self.fractions[second]
+        width = end - self.fractions[first]
+        part = float(np.clip((fraction - self.fractions[first]) / width, 0, 1)) if width > 0 else 0.0
         one, two = self.vertices[first], self.vertices[second]
         return np.array([one, two, two]), np.array([1 - part, part, 0.0])
 
     def difference(
-        self, places: Float[np.ndarray, "*some"], share: float | Float[np.ndarray, "*some"]
+        self, places: Float[np.ndarray, "*some"], fraction: float | Float[np.ndarray, "*some"]
     ) -> Float[np.ndarray, "*some"]:
-        """How far along the rim places are beyond `share`, the shorter way round where it is closed."""
-        difference = places - share
+        """Returns the signed distance of places from `fraction` along the rim, the shorter one where it is closed."""
+        difference = places - fraction
         return (difference + 0.5) % 1 - 0.5 if self.closed else difference
 
 
-def hung_from(garment: "Garment") -> Int[np.ndarray, " held"]:
-    """The vertices that chains hang from: the pinned ones; the highest open rim where the shoulders carry it all."""
+def suspension_vertices(garment: "Garment") -> Int[np.ndarray, " pinned"]:
+    """Returns the vertices that chains hang from: the pinned ones, or the highest open rim if nothing is pinned."""
     if len(garment.pins):
         return garment.pins.vertices
     loops = boundary_loops(garment.faces)
     return max(loops, key=lambda loop: garment.vertices[loop, 1].mean()) if loops else garment.pins.vertices
 
 
-def rim_of(garment: "Garment") -> Rim:
-    """The held vertices that have a free neighbour, ordered along the mesh, or around the vertical where that fails.
+def rim_of(garment: "Garment") -> PinnedRim:
+    """Returns the pinned vertices with a free neighbour, in order along the mesh, or else around the vertical.
 
     Raises:
-        BadGarment: Fewer than two of them, or all in one place.
+        BadGarment: There are fewer than two such vertices, or all are in one place.
     """
     pinned = np.zeros(len(garment.vertices), np.bool_)
-    pinned[hung_from(garment)] = True
+    pinned[suspension_vertices(garment)] = True
     edges = np.unique(np.sort(garment.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
     mixed = edges[pinned[edges[:, 0]] != pinned[edges[:, 1]]]
     border = np.unique(mixed[pinned[mixed]])
     inner = np.isin(edges, border).all(1)
-    order, closed = _walked(border, edges[inner])
+    order, closed = _trace_border(border, edges[inner])
     if order is None:
-        order, closed = _around(garment, border)
+        order, closed = _order_around_vertical(garment, border)
     points = np.asarray(garment.vertices, np.float64)[order]
     if closed:
         points = np.concatenate([points, points[:1]])
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    if len(order) < 2 or way[-1] < 1e-6:
+    path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    if len(order) < 2 or path[-1] < 1e-6:
         raise BadGarment(
             f"garment '{garment.name}': chains hang from a pinned or an open rim",
             f"{len(order)} vertices there",
             "pin an edge of the cloth, or give chains",
         )
-    return Rim(order, way[: len(order)] / way[-1], float(way[-1]), closed)
+    return PinnedRim(order, path[: len(order)] / path[-1], float(path[-1]), closed)
 
 
-def rim_coordinates(garment: "Garment", rim: Rim, distance: Float[np.ndarray, " verts"]) -> Float[np.ndarray, " verts"]:
-    """The share of the rim from which the shortest way to each vertex comes, carried outward from triangle to triangle.
+def rim_coordinates(
+    garment: "Garment", rim: PinnedRim, distance: Float[np.ndarray, " verts"]
+) -> Float[np.ndarray, " verts"]:
+    """Returns the fraction of the rim where the shortest path to each vertex starts, from triangle to triangle outward.
 
-    Vertices are taken in the order of their distance; each looks back through the opposite edge of the triangle whose
-    straight front gives the smallest distance, and mixes the places of that edge's ends at the point it looks through.
+    Vertices are processed in the order of their distance. Each one looks back through the opposite edge of the triangle
+    whose straight front gives the smallest distance, and interpolates between that edge's ends at the crossing point.
     """
-    angle = (2 * np.pi if rim.closed else np.pi) * rim.shares
+    angle = (2 * np.pi if rim.closed else np.pi) * rim.fractions
     turn = np.zeros(len(distance), np.complex128)
-    held = hung_from(garment)
-    turn[held] = _nearest_turns(garment, rim, held, np.exp(1j * angle))
+    pinned = suspension_vertices(garment)
+    turn[pinned] = _nearest_turns(garment, rim, pinned, np.exp(1j * angle))
     turn[rim.vertices] = np.exp(1j * angle)
     corner = np.concatenate([garment.faces[:, [k, (k + 1) % 3, (k + 2) % 3]] for k in range(3)])
     flat = _flat_corners(garment)
     flat = np.concatenate([flat[:, [k, (k + 1) % 3, (k + 2) % 3]] for k in range(3)])
-    value, share = _fronts(flat, distance[corner[:, 1]], distance[corner[:, 2]])
+    value, fraction = _fronts(flat, distance[corner[:, 1]], distance[corner[:, 2]])
     one, two, here = distance[corner[:, 1]], distance[corner[:, 2]], distance[corner[:, 0]]
     # an edge with one end farther away than the vertex itself: look back along the side to the other end
     alone = np.maximum(one, two) >= here
     side = np.linalg.norm(np.where((one < two)[:, None], flat[:, 1], flat[:, 2]) - flat[:, 0], axis=1)
     value = np.where(alone, np.minimum(one, two) + side, value)
-    share = np.where(alone, (two < one) * 1.0, share)
+    fraction = np.where(alone, (two < one) * 1.0, fraction)
     value = np.where(np.minimum(one, two) < here, value, np.inf)
     best = np.lexsort((value, corner[:, 0]))
     first = best[np.unique(corner[best, 0], return_index=True)[1]]
     source = np.zeros((len(distance), 2), np.int64)
     mix = np.zeros(len(distance))
-    source[corner[first, 0]], mix[corner[first, 0]] = corner[first, 1:], share[first]
+    source[corner[first, 0]], mix[corner[first, 0]] = corner[first, 1:], fraction[first]
     for vertex in np.argsort(distance, kind="stable"):
         if turn[vertex] == 0 and np.isfinite(distance[vertex]):
             mixed = (1 - mix[vertex]) * turn[source[vertex, 0]] + mix[vertex] * turn[source[vertex, 1]]
@@ -123,7 +125,7 @@ def rim_coordinates(garment: "Garment", rim: Rim, distance: Float[np.ndarray, " 
 
 
 def _fronts(flat: np.ndarray, one: np.ndarray, two: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distance at the first corner by a straight front over the opposite edge, and where on that edge it comes from."""
+    """Returns the distance at the first corner by a straight front over the opposite edge, and its origin there."""
     base = flat[:, 2] - flat[:, 1]
     edge = np.maximum(np.linalg.norm(base, axis=1), 1e-12)
     along = ((flat[:, 0] - flat[:, 1]) * base).sum(1) / edge
@@ -138,20 +140,20 @@ def _fronts(flat: np.ndarray, one: np.ndarray, two: np.ndarray) -> tuple[np.ndar
 
 
 def _flat_corners(garment: "Garment") -> np.ndarray:
-    """Corners of the flat rest triangles (faces, 3, 2)."""
+    """Returns the corners of the flat rest triangles (faces, 3, 2)."""
     edges = np.asarray(garment.rest_edges, np.float64)
     return np.stack([np.zeros(edges.shape[:2]), edges[:, :, 0], edges[:, :, 1]], 1)
 
 
-def _nearest_turns(garment: "Garment", rim: Rim, held: np.ndarray, turns: np.ndarray) -> np.ndarray:
+def _nearest_turns(garment: "Garment", rim: PinnedRim, pinned: np.ndarray, turns: np.ndarray) -> np.ndarray:
     from scipy.spatial import KDTree
 
-    nearest = KDTree(garment.vertices[rim.vertices]).query(garment.vertices[held])[1]
+    nearest = KDTree(garment.vertices[rim.vertices]).query(garment.vertices[pinned])[1]
     return turns[nearest]
 
 
-def _walked(border: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray | None, bool]:
-    """The border in the order in which its edges run, and whether it closes; None where it is no single line."""
+def _trace_border(border: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray | None, bool]:
+    """Returns the border in the order of its edges, and whether it closes; None where it is not a single line."""
     neighbours: dict[int, list[int]] = {int(vertex): [] for vertex in border}
     for one, two in edges.tolist():
         neighbours[one].append(two)
@@ -169,8 +171,8 @@ def _walked(border: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray | None, b
     return (np.array(walk), not ends) if len(walk) == len(border) else (None, False)
 
 
-def _around(garment: "Garment", border: np.ndarray) -> tuple[np.ndarray, bool]:
-    """The border ordered around the vertical through its middle; open where one gap is far wider than the others."""
+def _order_around_vertical(garment: "Garment", border: np.ndarray) -> tuple[np.ndarray, bool]:
+    """Orders the border around the vertical through its middle; it is open if one gap is far wider than the others."""
     points = np.asarray(garment.vertices, np.float64)[border]
     if len(border) < 2:
         return border, False

@@ -61,7 +61,7 @@ class RopeConstants:
     parent_damping: float = not_negative(7.0)
     """Rate at which a node takes on the velocity of the node above it [1/s]."""
     root_damping: float = not_negative(300.0)
-    """Additional `parent_damping` of the node below a root; it falls by a factor of e with each node from there [1/s]."""
+    """Additional `parent_damping` of the node below a root; falls by a factor of e with each node from there [1/s]."""
     bend_damping: float = not_negative(100.0)
     """Rate at which a node takes on the mean velocity of the nodes above and below it [1/s]."""
     lateral_damping: float = not_negative(50.0)
@@ -81,15 +81,15 @@ class RopeConstants:
     impulse_sweeps: int = not_negative(0)
     """Gauss-Seidel sweeps from root to tip for the impulses; 0 solves directly [1]."""
     position_push: Literal["gradient", "history", "slide"] = "slide"
-    """How a node leaves a collider: along its gradient ("gradient"), back along the path ("history"), or back to where it
-    entered and then along the surface ("slide")."""
+    """How a node leaves a collider: along its gradient ("gradient"), back along the path ("history"), or back to where
+    it entered and then along the surface ("slide")."""
     velocity_push: Literal["gradient", "history"] = "gradient"
     """Direction N of Eq. 14: the collider's gradient, or back along the path."""
     position_update: Literal["turn", "project"] = "turn"
     """How a node on a taut rope moves: turned about the node above, or straight on and then put back on the sphere."""
     teleport: float = positive(1.0)
-    """Teleport distance: a key joint that moves further than this in one step, and faster than 30 m/s, carries the ropes
-    along [m]."""
+    """Teleport distance: a key joint that moves further than this in one step, and faster than 30 m/s, carries the
+    ropes along [m]."""
 
     def __post_init__(self) -> None:
         check_options(self, "rope constant", error=BadModel)

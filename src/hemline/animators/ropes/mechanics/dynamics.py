@@ -9,29 +9,29 @@ Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based
 
 Differs from the paper:
 
-- Eq. 3 and 5 hold for accelerations, so for unequal masses too; tensions and impulses are solved directly unless
-  sweeps are asked for.
+- Eq. 3 and 5 are written for accelerations, so they hold for unequal masses, too. Tensions and impulses are solved
+  directly unless sweeps are set.
 - The centripetal part (Eq. 1) follows a finite turn: 2/h |v| tan(|v| h / 2l) for |v|^2 / l, so that a step of any
-  length keeps the speed of a turning rope. v is that half a step later, to which the tensions themselves bring it, so
-  they are solved for twice: from external forces alone a bent chain at rest would seem to turn, and would tremble.
-- A rope that is taut but slackening is only pulled as far as it must be. One that lacks up to a hundredth of its length
-  may pull as well, as much as takes the slack up within the step: contact shortens ropes by micrometres, and a chain
-  must not be let go for that.
-- A rope that pulled in step 1 stays on its sphere in step 2, and the impulses of step 4 do not let it slacken:
-  otherwise it would go slack by O(h^3) in every step, and lose its tension for one.
-- Eq. 10 to 13 are taken in the frame of the node above, whose motion counts: as printed they change with a constant
+  length keeps the speed of a turning rope. v is the velocity half a step later, which depends on the tensions, so they
+  are solved for twice: from external forces alone a bent chain at rest would seem to turn, and would tremble.
+- A rope that is taut but slackening is pulled only as far as it must be. A rope that lacks up to a hundredth of its
+  length may pull, too, as much as takes the slack up within the step: contact shortens ropes by micrometres, which must
+  not release a chain.
+- A rope that pulled in step 1 stays on its sphere in step 2, and the impulses of step 4 do not let it slacken.
+  Otherwise it would go slack by O(h^3) in every step, and lose its tension for one step.
+- Eq. 10 to 13 are taken in the moving frame of the node above. As printed, they are not invariant to a constant
   velocity of the whole world.
-- The root's acceleration is the change of its velocity within each half step; its velocity at the end of a step is
-  extrapolated from the last two.
-- In the settled drape the ropes are in equilibrium: what tension and weight leave there at each node is given back by a
-  balance (`balance.balanced`) that the chain's joint carries. It yields with the load of the node.
-- Velocities are smoothed along the chains and across them, with momentum kept, as the cloth between them would do.
-- Drag acts as 1 - exp(-k h / 2), springs saturate at what h can follow: no constant makes a step unstable.
-- Collisions find where the node's way entered, by Newton's method, and see a way right through; `slide` goes on along
-  the surface from there, where `history` stops. A push-out that would stretch a rope by more than a fifth is given up
-  for a free place within the rope's length, turned about the node above. Such a place exists wherever the node above
-  is itself outside, by the margin of this node; below a node that is carried deep inside the body there may be none,
-  and then the rope is stretched: outside comes first.
+- The root's acceleration is the change of its velocity within each half step. Its velocity at the end of a step is
+  extrapolated from the last two steps.
+- The settled drape is an equilibrium of the ropes: the sum of tension and weight at each node is cancelled by a balance
+  (`balance.drape_balance`) that the chain's joint carries and that is proportional to the load of the node.
+- Velocities are smoothed along the chains and across them, as by the cloth between them; momentum is conserved.
+- Drag acts as 1 - exp(-k h / 2) and springs saturate at what h can follow, so no constant makes a step unstable.
+- Collisions find where the node's path entered a collider, by Newton's method, and detect a path right through one.
+  `slide` goes on along the surface from there, where `history` stops. A push-out that would stretch a rope by more than
+  a fifth is replaced by a free place within the rope's length, found by turning about the node above. Such a place
+  exists wherever the node above is itself outside by the margin of this node. Below a node that is carried deep inside
+  the body there may be none; then the rope is stretched, since being outside comes first.
 """
 
 import math
@@ -45,18 +45,19 @@ from hemline.collide.primitives.proxy import Colliders
 
 from .balance import node_loads
 from .constants import RopeConstants
+from .kernel_inputs import BodyMotion, Chains, ContactSettings, NodeArrays, StepSettings
 from .rope_step_kernels import advance_chains
 
 Values = Float[np.ndarray, " nodes"]
 
 _LONGEST_FRAME = 1 / 24
-_DEEPEST = 0.05
+_DEEPEST_REST = 0.05
 """A node that rests inside the collider may stay this deep [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class RopeChains:
-    """Chains of nodes; the first node of each chain, and all nodes before the first chain, are moved from outside."""
+    """Chains of nodes. The first node of each chain, and all nodes before the first chain, are moved from outside."""
 
     offsets: Int[np.ndarray, " chains_and_one"]
     """First node of each chain, and the number of nodes; int32."""
@@ -75,20 +76,20 @@ class RopeChains:
     pair_spans: Float[np.ndarray, "pairs 2"]
     """Distance of each pair at rest, and the longest that the cloth allows [m]."""
     clearances: Values
-    """Distance of each node to the collider at rest [m]: none keeps a larger one than that."""
+    """Distance of each node to the collider at rest, the upper bound of its margin [m]."""
     balance: Nodes
-    """Accelerations that hold each node in the drape at rest, in the body's rest pose, see `balanced` [m/s^2]."""
+    """Accelerations that hold each node in the drape at rest, in the body's rest pose, see `drape_balance` [m/s^2]."""
     rest_tensions: Values
-    """Tension of the rope above each node there [N]."""
+    """Tension of the rope above each node in that drape [N]."""
     constants: RopeConstants
 
     @classmethod
     def free(cls, chains: list[Nodes], constants: RopeConstants, masses: list[Values] | None = None) -> "RopeChains":
-        """Chains given by node positions at rest, taut there and without springs between them.
+        """Returns chains given by node positions at rest, taut there and without springs between them.
 
         Args:
             chains: Positions of each chain's nodes, root first [m].
-            constants: What they run on.
+            constants: Constants of the chains.
             masses: Mass of each node of each chain [kg]; 1 unless given.
         """
         counts = [len(chain) for chain in chains]
@@ -127,7 +128,7 @@ class RopeChains:
 
     @cached_property
     def across(self) -> Int[np.ndarray, "nodes 2"]:
-        """The nodes to both sides of each node, itself at the edge of the cloth; int32."""
+        """The nodes to both sides of each node; the node itself at the edge of the cloth; int32."""
         across = np.repeat(np.arange(int(self.offsets[-1]), dtype=np.int32)[:, None], 2, axis=1)
         across[self.pairs[::-1, 1], 0] = self.pairs[::-1, 0]
         across[self.pairs[::-1, 0], 1] = self.pairs[::-1, 1]
@@ -154,7 +155,7 @@ class RopeChains:
         return 0.8 * math.sqrt(min(limits)) if limits else math.inf
 
     def substeps(self, dt: float, pull: float) -> int:
-        """How many substeps a step of `dt` [s] takes while the roots are accelerated by `pull` [m/s^2]."""
+        """Returns the number of substeps of a step of `dt` [s] while the roots are accelerated by `pull` [m/s^2]."""
         limit = math.ceil(self.constants.substep_limit * max(1.0, dt / _LONGEST_FRAME))
         gentle = self.gentle_substep / math.sqrt(max(pull + math.hypot(*self.constants.gravity), 1e-6))
         return max(1, min(limit, math.ceil(dt / min(self.constants.substep, gentle) - 1e-9)))
@@ -172,18 +173,18 @@ class RopeChains:
         push: Nodes | None = None,
         steps: int | None = None,
     ) -> tuple[Nodes, Nodes, Values, np.ndarray]:
-        """One step of all chains.
+        """Advances all chains by one step.
 
         Args:
-            positions: Nodes at its beginning [m].
-            velocities: Their velocities [m/s].
-            tensions: The last step's, the start of the sweeps [N].
-            kinematic: Of the kinematic nodes: positions at both ends [m], then velocities at both ends [m/s].
+            positions: Nodes at the beginning of the step [m].
+            velocities: Velocities of the nodes [m/s].
+            tensions: Tensions of the last step, the start of the sweeps [N].
+            kinematic: Positions of the kinematic nodes at both ends of the step [m], then their velocities [m/s].
             dt: Length of the step [s].
             colliders: Primitives.
             frames: Transforms of the colliders' frames at both ends, float64 (joints, 3, 4).
             push: Further accelerations of the nodes [m/s^2].
-            steps: Substeps; found from `dt` and the roots' acceleration unless given.
+            steps: Substeps; computed from `dt` and the roots' acceleration unless given.
 
         Returns:
             Positions, velocities and tensions at the end, and which nodes were pushed out of a collider.
@@ -191,9 +192,37 @@ class RopeChains:
         if steps is None:
             change = (kinematic[3] - kinematic[2]).mean(0) / dt if kinematic.shape[1] else np.zeros(3)
             steps = self.substeps(dt, math.sqrt(change @ change))
-        positions_out, velocities_out, tensions_out = positions.copy(), velocities.copy(), tensions.copy()
-        touched_out = np.zeros(len(positions), np.bool_)
+        nodes = NodeArrays(positions.copy(), velocities.copy(), tensions.copy(), np.zeros(len(positions), np.bool_))
         advance_chains(
+            self.kernel_chains,
+            self._step_settings,
+            self._contact_settings,
+            colliders,
+            BodyMotion(*frames, dt),
+            kinematic,
+            self._no_push if push is None else push,
+            steps,
+            nodes,
+        )
+        return nodes.positions, nodes.velocities, nodes.tensions, nodes.touched
+
+    def excess(self, positions: Float[np.ndarray, "*frames nodes 3"]) -> Float[np.ndarray, "*frames nodes"]:
+        """Returns the excess of each rope over its length, max(0, l / l_max - 1); 0 for kinematic nodes [1]."""
+        free = np.flatnonzero(self.parents >= 0)
+        spans = np.linalg.norm(positions[..., free, :] - positions[..., free - 1, :], axis=-1)
+        result = np.zeros(positions.shape[:-1])
+        result[..., free] = np.maximum(0.0, spans / self.lengths[free] - 1.0)
+        return result
+
+    @cached_property
+    def rest_loads(self) -> Values:
+        """Load of each node in the settled drape: its weight and the tension of the rope below [N]."""
+        return node_loads(self.offsets, self.masses, self.rest_tensions)
+
+    @cached_property
+    def kernel_chains(self) -> Chains:
+        """The chains as kernels take them."""
+        return Chains(
             self.offsets,
             self.lengths,
             self.rest_spans,
@@ -204,49 +233,23 @@ class RopeChains:
             self.across,
             self.pairs,
             self.pair_spans,
-            self._numbers,
-            self._choices,
-            *colliders,
             self.balance,
             self.rest_loads,
             self.kinematic,
-            kinematic,
-            *frames,
-            self._no_push if push is None else push,
-            dt,
-            steps,
-            positions_out,
-            velocities_out,
-            tensions_out,
-            touched_out,
         )
-        return positions_out, velocities_out, tensions_out, touched_out
-
-    def excess(self, positions: Float[np.ndarray, "*frames nodes 3"]) -> Float[np.ndarray, "*frames nodes"]:
-        """How far each rope is over its length, as a share of it: max(0, l / l_max - 1); 0 for kinematic nodes."""
-        free = np.flatnonzero(self.parents >= 0)
-        spans = np.linalg.norm(positions[..., free, :] - positions[..., free - 1, :], axis=-1)
-        result = np.zeros(positions.shape[:-1])
-        result[..., free] = np.maximum(0.0, spans / self.lengths[free] - 1.0)
-        return result
 
     @cached_property
-    def rest_loads(self) -> Values:
-        """What each node carries where the balance is all that it lacks: its weight and the rope below [N]."""
-        return node_loads(self.offsets, self.masses, self.rest_tensions)
+    def _step_settings(self) -> StepSettings:
+        return self.constants.step_settings()
 
     @cached_property
-    def _numbers(self) -> np.ndarray:
-        return self.constants.numbers()
-
-    @cached_property
-    def _choices(self) -> np.ndarray:
-        return self.constants.choices()
+    def _contact_settings(self) -> ContactSettings:
+        return self.constants.contact_settings()
 
     @cached_property
     def margins(self) -> Values:
         """Distance that each node keeps from the colliders [m]."""
-        return np.clip(self.clearances, -_DEEPEST, self.constants.margin)
+        return np.clip(self.clearances, -_DEEPEST_REST, self.constants.margin)
 
     @cached_property
     def _no_push(self) -> Nodes:
@@ -254,7 +257,7 @@ class RopeChains:
 
 
 def spans_and_directions(positions: Nodes, offsets: np.ndarray) -> tuple[Values, Nodes]:
-    """Distance and direction from the node above each node; 0 and down for roots."""
+    """Returns the distance and direction from the node above each node; 0 and down for roots."""
     spans, directions = np.zeros(len(positions)), np.tile([0.0, -1.0, 0.0], (len(positions), 1))
     inner = np.setdiff1d(np.arange(int(offsets[0]), len(positions)), offsets[:-1])
     step = positions[inner] - positions[inner - 1]

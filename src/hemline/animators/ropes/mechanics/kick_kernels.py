@@ -4,7 +4,7 @@ import math
 
 from hemline.compiled import kernel
 
-from .kernel_inputs import Chains, Nodes, RopeGeometry, SolverWork, StepSettings
+from .kernel_inputs import Chains, NodeArrays, RopeGeometry, SolverWork, StepSettings
 from .tension_kernels import (
     apply_tensions,
     impulse_demand,
@@ -21,7 +21,7 @@ SPEED_LIMIT = 200.0
 """No node moves faster relative to its chain's root [m/s]; far above anything that cloth does."""
 
 
-@kernel
+@kernel(inline="always")
 def chain_geometry(ropes: RopeGeometry, first, last):
     """Returns the rows of one chain, from node first to last - 1, without a copy."""
     return RopeGeometry(
@@ -34,7 +34,7 @@ def chain_geometry(ropes: RopeGeometry, first, last):
     )
 
 
-@kernel
+@kernel(inline="always")
 def chain_work(work: SolverWork, count):
     """Returns the first count places of the working memory, without a copy."""
     return SolverWork(
@@ -42,26 +42,19 @@ def chain_work(work: SolverWork, count):
     )
 
 
-@kernel
+@kernel(inline="always")
 def measure_ropes(chains: Chains, first_chain, last_chain, positions, ropes_out: RopeGeometry):
     """Measures the ropes of some chains and assembles their matrix.
 
     Reads: chains, from first_chain to last_chain - 1; positions (nodes, 3) [m].
     Writes: ropes_out, the rows of those chains.
     """
+    offsets, lengths, inverse_masses = chains.offsets, chains.lengths, chains.inverse_masses
     for c in range(first_chain, last_chain):
-        a, b = chains.offsets[c], chains.offsets[c + 1]
-        ropes = chain_geometry(ropes_out, a, b)
-        rope_directions(
-            positions[a:b],
-            chains.lengths[a:b],
-            SLACK_TOLERANCE,
-            ropes.directions,
-            ropes.spans,
-            ropes.slack,
-            ropes.taut,
-        )
-        rope_matrix(ropes.directions, chains.inverse_masses[a:b], ropes.diagonal, ropes.beside)
+        a, b = offsets[c], offsets[c + 1]
+        directions, spans, slack, diagonal, beside, taut = chain_geometry(ropes_out, a, b)
+        rope_directions(positions[a:b], lengths[a:b], SLACK_TOLERANCE, directions, spans, slack, taut)
+        rope_matrix(directions, inverse_masses[a:b], diagonal, beside)
 
 
 @kernel
@@ -73,7 +66,7 @@ def kick(
     second_half,
     accelerations,
     root_velocities,
-    nodes_out: Nodes,
+    nodes_out: NodeArrays,
     pulls_out,
     all_work: SolverWork,
 ):
@@ -84,90 +77,56 @@ def kick(
         velocities (of roots at its beginning) and tensions, from which the solver starts.
     Writes: nodes_out: velocities, tensions; pulls_out (nodes,): ropes that pull; accelerations of the roots; all_work.
     """
-    for c in range(chains.offsets.shape[0] - 1):
-        a, b = chains.offsets[c], chains.offsets[c + 1]
+    offsets, all_masses, velocities_out, tensions_out = (
+        chains.offsets,
+        chains.inverse_masses,
+        nodes_out.velocities,
+        nodes_out.tensions,
+    )
+    for c in range(offsets.shape[0] - 1):
+        a, b = offsets[c], offsets[c + 1]
         count = b - a
-        ropes, work, inverse_masses = (
-            chain_geometry(all_ropes, a, b),
-            chain_work(all_work, count),
-            chains.inverse_masses[a:b],
-        )
-        v, tensions = nodes_out.velocities[a:b], nodes_out.tensions[a:b]
+        ropes, work = chain_geometry(all_ropes, a, b), chain_work(all_work, count)
+        inverse_masses, v, tensions = all_masses[a:b], velocities_out[a:b], tensions_out[a:b]
+        directions, _, _, diagonal, beside, taut = ropes
+        wanted, upper, _, active, signless = work
         for d in range(3):
             accelerations[a, d] = (root_velocities[c, d] - v[0, d]) * 2.0 / h
         for i in range(count):
-            work.signless[i] = False
+            signless[i] = False
         # how fast the ropes turn half a step later depends on the tensions: first without, then with that
         for attempt in range(2):
-            tension_demand(
-                ropes, inverse_masses, tensions, v, accelerations[a:b], h, 0.5 * h * attempt, work.wanted
-            )
+            tension_demand(ropes, inverse_masses, tensions, v, accelerations[a:b], h, 0.5 * h * attempt, wanted)
             if settings.tension_sweeps > 0:
-                solve_sweeps(
-                    ropes.diagonal,
-                    ropes.beside,
-                    work.wanted,
-                    ropes.taut,
-                    work.signless,
-                    settings.tension_sweeps,
-                    1.0,
-                    tensions,
-                )
+                solve_sweeps(diagonal, beside, wanted, taut, signless, settings.tension_sweeps, 1.0, tensions)
             else:
-                solve_direct(
-                    ropes.diagonal,
-                    ropes.beside,
-                    work.wanted,
-                    ropes.taut,
-                    work.signless,
-                    tensions,
-                    work.active,
-                    work.upper,
-                )
+                solve_direct(diagonal, beside, wanted, taut, signless, tensions, active, upper)
         for i in range(count):
             pulls_out[a + i] = i > 0 and tensions[i] > 0.0
-            work.signless[i] = second_half and pulls_out[a + i]
+            signless[i] = second_half and pulls_out[a + i]
             for d in range(3):
                 v[i, d] += 0.5 * h * accelerations[a + i, d]
-        apply_tensions(ropes.directions, inverse_masses, tensions, 0.5 * h, v)
+        apply_tensions(directions, inverse_masses, tensions, 0.5 * h, v)
         apply_impulses(ropes, inverse_masses, settings, h, v, work)
 
 
-@kernel
-def apply_impulses(
-    ropes: RopeGeometry, inverse_masses, settings: StepSettings, h, velocities_out, work: SolverWork
-):
+@kernel(inline="always")
+def apply_impulses(ropes: RopeGeometry, inverse_masses, settings: StepSettings, h, velocities_out, work: SolverWork):
     """Changes velocities so that no rope lengthens beyond its length, and none of `work.signless` shortens.
 
     Reads: ropes of one chain; inverse_masses (m + 1,) [1/kg]; settings; h: substep [s]; work.signless (m + 1,).
     Writes: velocities_out (m + 1, 3) [m/s]; the rest of work.
     """
-    impulse_demand(ropes.directions, ropes.slack, velocities_out, h, work.wanted)
-    for i in range(work.values.shape[0]):
-        work.values[i] = 0.0
+    directions, _, slack, diagonal, beside, taut = ropes
+    wanted, upper, impulses, active, signless = work
+    impulse_demand(directions, slack, velocities_out, h, wanted)
+    for i in range(impulses.shape[0]):
+        impulses[i] = 0.0
     if settings.impulse_sweeps > 0:
-        solve_sweeps(
-            ropes.diagonal,
-            ropes.beside,
-            work.wanted,
-            ropes.taut,
-            work.signless,
-            settings.impulse_sweeps,
-            0.0,
-            work.values,
-        )
+        solve_sweeps(diagonal, beside, wanted, taut, signless, settings.impulse_sweeps, 0.0, impulses)
     else:
-        solve_direct(
-            ropes.diagonal,
-            ropes.beside,
-            work.wanted,
-            ropes.taut,
-            work.signless,
-            work.values,
-            work.active,
-            work.upper,
-        )
-    apply_tensions(ropes.directions, inverse_masses, work.values, 1.0, velocities_out)
+        solve_direct(diagonal, beside, wanted, taut, signless, impulses, active, upper)
+    apply_tensions(directions, inverse_masses, impulses, 1.0, velocities_out)
 
 
 @kernel

@@ -12,10 +12,10 @@ START, AXIS, LENGTH, SLOPE, COSINE, RADII = 0, 3, 6, 7, 8, 9
 MIDDLE, SHIFT, TURN, GAP, PATH, PLACED = 11, 14, 17, 18, 19, 20
 """Rows of the placed primitives. Each row holds one quantity, so that all primitives are measured at once.
 
-START, AXIS, LENGTH: where a rounded cone's axis starts in the world at the end of a substep [m], its unit direction, its
+START, AXIS, LENGTH: start of a rounded cone's axis in the world at the end of a substep [m], its unit direction, its
 length [m]. SLOPE, COSINE: sine and cosine of the slope of the cone's side. RADII: radii at both ends [m]; another
-primitive is represented by the ball around it. MIDDLE, SHIFT: the middle of the axis and its displacement in the substep
-[m]. TURN: chord of the rotation. GAP, PATH: results of `measure_gaps` [m]. PLACED: number of rows."""
+primitive is represented by the ball around it. MIDDLE, SHIFT: the middle of the axis and its displacement in the
+substep [m]. TURN: chord of the rotation. GAP, PATH: results of `measure_gaps` [m]. PLACED: number of rows."""
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 import math
 
-from hemline.collide.primitives.primitive_kernels import ROUND_CONE, primitive_distance
+from hemline.collide.primitives.primitive_kernels import ROUND_CONE, round_cone_distance
 from hemline.collide.primitives.proxy import Colliders
 from hemline.compiled import kernel
 
@@ -28,7 +28,7 @@ def first_contact(kind, shapes, k, margin, start, end):
     x, y, z = end[0] - ax, end[1] - ay, end[2] - az
     fraction = 0.0
     for _ in range(20):
-        found = primitive_distance(kind, shapes, k, ax + fraction * x, ay + fraction * y, az + fraction * z)
+        found = round_cone_distance(shapes, k, ax + fraction * x, ay + fraction * y, az + fraction * z)
         gap = found[0] - margin
         if gap < 1e-7:
             return fraction
@@ -61,7 +61,7 @@ def contact_velocity(normal_x, normal_y, normal_z, bx, by, bz, friction, velocit
     velocity_out[2] = new * normal_z + (bz - body * normal_z) + ratio * z
 
 
-@kernel
+@kernel(inline="always")
 def crossing_depth(colliders: Colliders, k, body: BodyMotion, margin, gap, start, end):
     """Measures how far a path goes on beyond the point where it enters a primitive.
 
@@ -75,13 +75,13 @@ def crossing_depth(colliders: Colliders, k, body: BodyMotion, margin, gap, start
     path = math.sqrt((px - qx) ** 2 + (py - qy) ** 2 + (pz - qz) ** 2)
     if gap >= path:
         return 0.0
-    before = primitive_distance(kind, colliders.shapes, k, qx, qy, qz)[0] - margin
+    before = round_cone_distance(colliders.shapes, k, qx, qy, qz)[0] - margin
     if before <= 1e-6 or before + gap >= path:
         return 0.0
     return max(0.0, 1.0 - first_contact(kind, colliders.shapes, k, margin, (qx, qy, qz), (px, py, pz))) * path
 
 
-@kernel
+@kernel(inline="always")
 def deepest_collider(colliders: Colliders, placed, body: BodyMotion, margin, position_push, start, end):
     """Finds the primitive that a node is deepest in; a path right through one counts with the part beyond its entry.
 
@@ -91,16 +91,18 @@ def deepest_collider(colliders: Colliders, placed, body: BodyMotion, margin, pos
     Returns: the primitive (-1: none) and minus its depth [m].
     """
     worst, which = -TOUCH_DEPTH, -1
+    kinds, joints, shapes, _, _ = colliders
+    frames_to = body.frames_to
     x, y, z = end
     measure_gaps(placed, start[0], start[1], start[2], x, y, z)
     for k in range(placed.shape[1]):
         gap = placed[GAP, k] - margin
         if gap >= placed[PATH, k]:
             continue
-        kind, j = int(colliders.kinds[k]), int(colliders.joints[k])
+        kind, j = int(kinds[k]), int(joints[k])
         if kind != ROUND_CONE:
-            px, py, pz = to_rest(body.frames_to, j, x, y, z)
-            gap = primitive_distance(kind, colliders.shapes, k, px, py, pz)[0] - margin
+            px, py, pz = to_rest(frames_to, j, x, y, z)
+            gap = round_cone_distance(shapes, k, px, py, pz)[0] - margin
         if gap < worst:
             worst, which = gap, k
         elif position_push != GRADIENT and gap < placed[PATH, k]:
@@ -110,7 +112,7 @@ def deepest_collider(colliders: Colliders, placed, body: BodyMotion, margin, pos
     return which, worst
 
 
-@kernel
+@kernel(inline="always")
 def push_out(
     colliders: Colliders, k, body: BodyMotion, contact: ContactSettings, margin, start, position_out, velocity_out
 ):
@@ -124,18 +126,18 @@ def push_out(
     frames_from, frames_to, h = body.frames_from, body.frames_to, body.duration
     px, py, pz = to_rest(frames_to, j, position_out[0], position_out[1], position_out[2])
     qx, qy, qz = to_rest(frames_from, j, start[0], start[1], start[2])
-    now = primitive_distance(kind, shapes, k, px, py, pz)
+    now = round_cone_distance(shapes, k, px, py, pz)
     nx, ny, nz = now[1], now[2], now[3]
     depth = margin - now[0]
     ex, ey, ez = px + depth * nx, py + depth * ny, pz + depth * nz
     rx, ry, rz = qx - px, qy - py, qz - pz
     size = math.sqrt(rx * rx + ry * ry + rz * rz)
-    before = primitive_distance(kind, shapes, k, qx, qy, qz)[0] - margin
+    before = round_cone_distance(shapes, k, qx, qy, qz)[0] - margin
     by_history = contact.position_push != GRADIENT and size > 1e-12 and before >= -1e-6
     if by_history:
         fraction = min(first_contact(kind, shapes, k, margin, (qx, qy, qz), (px, py, pz)), 1.0)
         ex, ey, ez = qx - fraction * rx, qy - fraction * ry, qz - fraction * rz
-        entry = primitive_distance(kind, shapes, k, ex, ey, ez)
+        entry = round_cone_distance(shapes, k, ex, ey, ez)
         nx, ny, nz = entry[1], entry[2], entry[3]
         lift = max(margin - entry[0], 0.0)
         ex, ey, ez = ex + lift * nx, ey + lift * ny, ez + lift * nz
@@ -156,7 +158,7 @@ def push_out(
     position_out[0], position_out[1], position_out[2] = bx, by, bz
 
 
-@kernel
+@kernel(inline="always")
 def limit_sliding_speed(colliders: Colliders, k, body: BodyMotion, start, position, velocity_out):
     """Limits a pushed node's speed along the surface to that of its real motion there.
 
@@ -183,7 +185,7 @@ def limit_sliding_speed(colliders: Colliders, k, body: BodyMotion, start, positi
         velocity_out[2] = bz + along * nz + wz
 
 
-@kernel
+@kernel(inline="always")
 def world_normal(colliders: Colliders, k, frames, x, y, z):
     """Computes the gradient of the distance to a primitive at a point.
 
@@ -192,5 +194,5 @@ def world_normal(colliders: Colliders, k, frames, x, y, z):
     """
     j = int(colliders.joints[k])
     px, py, pz = to_rest(frames, j, x, y, z)
-    found = primitive_distance(int(colliders.kinds[k]), colliders.shapes, k, px, py, pz)
+    found = round_cone_distance(colliders.shapes, k, px, py, pz)
     return rotate(frames, j, found[1], found[2], found[3])

@@ -1,4 +1,4 @@
-"""Pushing of rope nodes out of all primitives, root to tip, compiled: paper section 6, and free places for caught ropes."""
+"""Collisions of rope nodes with all primitives, root to tip, compiled: paper section 6, and places for caught ropes."""
 
 import math
 
@@ -7,11 +7,11 @@ import numpy as np
 from hemline.collide.primitives.proxy import Colliders
 from hemline.compiled import kernel
 
-from .kernel_inputs import BodyMotion, Chains, ContactSettings, Nodes
+from .kernel_inputs import BodyMotion, Chains, ContactSettings, NodeArrays
 from .push_out_kernels import GRADIENT, deepest_collider, limit_sliding_speed, push_out, world_normal
 
 HISTORY_PUSHES, PUSHES = 4, 24
-"""Largest number of push-outs of one node in one substep: along its path, and in all. The others follow the gradient."""
+"""Largest number of push-outs of a node in one substep: along its path, and in all. The others follow the gradient."""
 LARGEST_STRETCH = 1.2
 """A rope that a push-out would stretch beyond this ratio of its length moves to a free place instead."""
 FREE_FRACTIONS = (1.0, 0.5, 0.25, 0.0)
@@ -100,8 +100,8 @@ def find_free_place(colliders: Colliders, placed, frames, margin, length, root, 
     The last place tried is that of the node above. Where that is inside, too, the node goes straight out, whatever the
     length of the rope.
 
-    Reads: colliders; placed (PLACED, prims); frames (joints, 3, 4) at the end of the substep; margin, length of the rope
-        [m]; root: x, y, z of the node above [m]; position_out: where the node was pushed [m].
+    Reads: colliders; placed (PLACED, prims); frames (joints, 3, 4) at the end of the substep; margin, length of the
+        rope [m]; root: x, y, z of the node above [m]; position_out: where the node was pushed [m].
     Writes: position_out (3,) [m].
     """
     for fraction in FREE_FRACTIONS:
@@ -110,7 +110,7 @@ def find_free_place(colliders: Colliders, placed, frames, margin, length, root, 
     march_out(colliders, placed, frames, margin, position_out)
 
 
-@kernel
+@kernel(inline="always")
 def push_node_out(
     colliders: Colliders, placed, body: BodyMotion, contact: ContactSettings, margin, start, position_out, velocity_out
 ):
@@ -141,7 +141,7 @@ def push_node_out(
     return PUSHES, last
 
 
-@kernel
+@kernel(inline="always")
 def resolve_chain(
     chains: Chains,
     c,
@@ -150,7 +150,7 @@ def resolve_chain(
     body: BodyMotion,
     contact: ContactSettings,
     starts,
-    nodes_out: Nodes,
+    nodes_out: NodeArrays,
 ):
     """Shortens the ropes of a chain to their lengths and pushes its nodes out of the primitives, root to tip.
 
@@ -161,9 +161,10 @@ def resolve_chain(
     Writes: nodes_out: positions, velocities, touched.
     Returns: whether any node touched.
     """
-    lengths, margins, positions = chains.lengths, chains.margins, nodes_out.positions
+    lengths, margins, first, last = chains.lengths, chains.margins, chains.offsets[c] + 1, chains.offsets[c + 1]
+    positions, velocities, _, touched = nodes_out
     any_touched = False
-    for i in range(chains.offsets[c] + 1, chains.offsets[c + 1]):
+    for i in range(first, last):
         ax, ay, az = positions[i - 1, 0], positions[i - 1, 1], positions[i - 1, 2]
         x, y, z = positions[i, 0], positions[i, 1], positions[i, 2]
         span = math.sqrt((x - ax) ** 2 + (y - ay) ** 2 + (z - az) ** 2)
@@ -171,11 +172,11 @@ def resolve_chain(
             ratio = lengths[i] / span
             x, y, z = ax + ratio * (x - ax), ay + ratio * (y - ay), az + ratio * (z - az)
             positions[i, 0], positions[i, 1], positions[i, 2] = x, y, z
-        position, velocity = positions[i], nodes_out.velocities[i]
+        position, velocity = positions[i], velocities[i]
         pushes, by = push_node_out(colliders, placed, body, contact, margins[i], starts[i], position, velocity)
         if pushes == 0:
             continue
-        nodes_out.touched[i] = any_touched = True
+        touched[i] = any_touched = True
         span = math.sqrt((position[0] - ax) ** 2 + (position[1] - ay) ** 2 + (position[2] - az) ** 2)
         if pushes == PUSHES or span > LARGEST_STRETCH * lengths[i]:
             find_free_place(colliders, placed, body.frames_to, margins[i], lengths[i], (ax, ay, az), position)

@@ -1,7 +1,10 @@
-"""External accelerations of the rope nodes, compiled: paper section 4 and what a user adds.
+"""External accelerations of the rope nodes, compiled: paper section 4 and a user's own forces.
 
 Every spring constant is a relative acceleration per metre [1/s^2] and saturates as k / (1 + k h^2 / bound), so that no
-constant, however large, makes central differencing unstable; drag and damping act as 1 - exp(-k h / 2) of a half step.
+constant, however large, makes central differencing unstable. Drag and damping act as 1 - exp(-k h / 2) in a half step.
+
+Arguments that several kernels read: numbers (19,), the constants by the indices below; h, the substep [s];
+chain_rotations (chains, 3, 3), rest to world at the root of each chain.
 """
 
 import math
@@ -9,6 +12,7 @@ import math
 from hemline.compiled import kernel
 
 from .balance import STANDARD_GRAVITY
+from .kernel_inputs import Chains
 
 GRAVITY, WIND = 0, 3
 DRAG, AIR_DRAG, AIR_LIFT, LATERAL, LATERAL_STRETCH, SHRINK = 6, 7, 8, 9, 10, 11
@@ -16,20 +20,30 @@ PARENT_DAMPING, REST_ANGLE, FRICTION, MARGIN = 12, 13, 14, 15
 BEND_DAMPING, LATERAL_DAMPING, ROOT_DAMPING = 16, 17, 18
 
 LATERAL_BOUND, SHRINK_BOUND, REST_ANGLE_BOUND = 0.4, 0.3, 0.1
-"""Largest k h^2 of each kind: with the tension of a rope at its substep, the sum of all modes stays below 4."""
+"""Largest k h^2 of each kind of spring. With the tension of a rope at its substep, the sum of all modes is below 4."""
 
 
 @kernel
 def saturate(constant, h, bound):
+    """Limits a spring constant to what a substep can follow.
+
+    Reads: constant [1/s^2]; h [s]; bound: the largest k h^2 [1].
+    Returns: k / (1 + k h^2 / bound) [1/s^2].
+    """
     return constant / (1.0 + constant * h * h / bound)
 
 
 @kernel
 def add_spring(a, b, relative, inverse_masses, accelerations_out, x, y, z):
-    # in: nodes a and b, their wished relative acceleration `relative` along (x, y, z), from a to b
-    share = inverse_masses[a] + inverse_masses[b]
-    if share > 0.0:
-        first, second = -relative * inverse_masses[a] / share, relative * inverse_masses[b] / share
+    """Adds the accelerations of a spring, divided between its ends by their masses.
+
+    Reads: nodes a and b; relative: the acceleration of b relative to a per metre [1/s^2]; inverse_masses (nodes,)
+        [1/kg]; x, y, z: from a to b [m].
+    Writes: accelerations_out (nodes, 3): changed [m/s^2].
+    """
+    total = inverse_masses[a] + inverse_masses[b]
+    if total > 0.0:
+        first, second = -relative * inverse_masses[a] / total, relative * inverse_masses[b] / total
         accelerations_out[a, 0] += first * x
         accelerations_out[a, 1] += first * y
         accelerations_out[a, 2] += first * z
@@ -39,8 +53,13 @@ def add_spring(a, b, relative, inverse_masses, accelerations_out, x, y, z):
 
 
 @kernel
-def add_lateral(pairs, pair_spans, inverse_masses, numbers, h, positions, accelerations_out):
-    # model: pairs (pairs, 2), pair_spans (pairs, 2): rest and longest distance   out: accelerations_out changed
+def add_lateral(chains: Chains, numbers, h, positions, accelerations_out):
+    """Adds the springs between neighbouring chains.
+
+    Reads: chains; numbers; h; positions (nodes, 3) [m].
+    Writes: accelerations_out (nodes, 3): changed [m/s^2].
+    """
+    pairs, pair_spans, inverse_masses = chains.pairs, chains.pair_spans, chains.inverse_masses
     soft = saturate(numbers[LATERAL], h, LATERAL_BOUND)
     stiff = saturate(numbers[LATERAL] + numbers[LATERAL_STRETCH], h, LATERAL_BOUND) - soft
     for k in range(pairs.shape[0]):
@@ -57,8 +76,13 @@ def add_lateral(pairs, pair_spans, inverse_masses, numbers, h, positions, accele
 
 
 @kernel
-def add_shrink(offsets, rest_spans, inverse_masses, numbers, h, positions, accelerations_out):
-    # model: rest_spans (nodes,) length below which a rope resists shrinking   out: accelerations_out changed
+def add_shrink(chains: Chains, numbers, h, positions, accelerations_out):
+    """Adds the springs that keep ropes from getting shorter than at rest.
+
+    Reads: chains; numbers; h; positions (nodes, 3) [m].
+    Writes: accelerations_out (nodes, 3): changed [m/s^2].
+    """
+    offsets, rest_spans, inverse_masses = chains.offsets, chains.rest_spans, chains.inverse_masses
     constant = saturate(numbers[SHRINK], h, SHRINK_BOUND)
     for c in range(offsets.shape[0] - 1):
         for i in range(offsets[c] + 1, offsets[c + 1]):
@@ -72,15 +96,19 @@ def add_shrink(offsets, rest_spans, inverse_masses, numbers, h, positions, accel
 
 
 @kernel
-def add_rest_angles(offsets, rest_directions, inverse_masses, numbers, h, chain_frames, positions, accelerations_out):
-    # model: rest_directions (nodes, 3) of each rope at rest   in: chain_frames (chains, 3, 3) rest -> world at the root
-    # out: accelerations_out changed. Each rope wants the rest angle to the one above, in a frame carried without twist.
+def add_rest_angles(chains: Chains, numbers, h, chain_rotations, positions, accelerations_out):
+    """Adds springs towards the rest angle of each rope to the one above, in a frame carried down without twist.
+
+    Reads: chains; numbers; h; chain_rotations; positions (nodes, 3) [m].
+    Writes: accelerations_out (nodes, 3): changed [m/s^2].
+    """
+    offsets, rest_directions, inverse_masses = chains.offsets, chains.rest_directions, chains.inverse_masses
     constant = saturate(numbers[REST_ANGLE], h, REST_ANGLE_BOUND)
     for c in range(offsets.shape[0] - 1):
         # a0..a2, b0..b2, c0..c2: rows of the carried frame
-        a0, a1, a2 = chain_frames[c, 0, 0], chain_frames[c, 0, 1], chain_frames[c, 0, 2]
-        b0, b1, b2 = chain_frames[c, 1, 0], chain_frames[c, 1, 1], chain_frames[c, 1, 2]
-        c0, c1, c2 = chain_frames[c, 2, 0], chain_frames[c, 2, 1], chain_frames[c, 2, 2]
+        a0, a1, a2 = chain_rotations[c, 0, 0], chain_rotations[c, 0, 1], chain_rotations[c, 0, 2]
+        b0, b1, b2 = chain_rotations[c, 1, 0], chain_rotations[c, 1, 1], chain_rotations[c, 1, 2]
+        c0, c1, c2 = chain_rotations[c, 2, 0], chain_rotations[c, 2, 1], chain_rotations[c, 2, 2]
         for i in range(offsets[c] + 1, offsets[c + 1]):
             x = positions[i, 0] - positions[i - 1, 0]
             y = positions[i, 1] - positions[i - 1, 1]
@@ -97,7 +125,7 @@ def add_rest_angles(offsets, rest_directions, inverse_masses, numbers, h, chain_
             x, y, z = x / span, y / span, z / span
             dot = tx * x + ty * y + tz * z
             if dot > -0.99:
-                # turn the frame by the smallest rotation that takes t onto the rope: with w = t x l,
+                # rotate the frame by the smallest rotation that takes t onto the rope: with w = t x l,
                 # R += [w] R + [w]^2 R / (1 + dot)
                 wx, wy, wz = ty * z - tz * y, tz * x - tx * z, tx * y - ty * x
                 f = 1.0 / (1.0 + dot)
@@ -110,10 +138,14 @@ def add_rest_angles(offsets, rest_directions, inverse_masses, numbers, h, chain_
 
 
 @kernel
-def add_balance(offsets, balance, rest_loads, inverse_masses, numbers, chain_frames, tensions, accelerations_out):
-    # model: balance (nodes, 3) at rest, rest_loads (nodes,) weight and pull from below there
-    # in: chain_frames (chains, 3, 3) rest -> world at the root, tensions (nodes,)
-    # out: accelerations_out changed. What held the cloth at rest yields with its load, and holds no more than at rest.
+def add_balance(chains: Chains, numbers, chain_rotations, tensions, accelerations_out):
+    """Adds the balance, which is proportional to the load of a node and never larger than at rest.
+
+    Reads: chains; numbers; chain_rotations; tensions (nodes,) [N].
+    Writes: accelerations_out (nodes, 3): changed [m/s^2].
+    """
+    offsets, balance = chains.offsets, chains.balance
+    rest_loads, inverse_masses = chains.rest_loads, chains.inverse_masses
     x, y, z = numbers[GRAVITY], numbers[GRAVITY + 1], numbers[GRAVITY + 2]
     gravity = math.sqrt(x * x + y * y + z * z)
     for c in range(offsets.shape[0] - 1):
@@ -121,53 +153,44 @@ def add_balance(offsets, balance, rest_loads, inverse_masses, numbers, chain_fra
             load = gravity / inverse_masses[i]
             if i + 1 < offsets[c + 1]:
                 load += tensions[i + 1]
-            share = min(load / rest_loads[i], gravity / STANDARD_GRAVITY)
-            x, y, z = share * balance[i, 0], share * balance[i, 1], share * balance[i, 2]
+            ratio = min(load / rest_loads[i], gravity / STANDARD_GRAVITY)
+            x, y, z = ratio * balance[i, 0], ratio * balance[i, 1], ratio * balance[i, 2]
             for d in range(3):
-                turned = chain_frames[c, d, 0] * x + chain_frames[c, d, 1] * y + chain_frames[c, d, 2] * z
-                accelerations_out[i, d] += turned
+                rotated = chain_rotations[c, d, 0] * x + chain_rotations[c, d, 1] * y + chain_rotations[c, d, 2] * z
+                accelerations_out[i, d] += rotated
 
 
 @kernel
-def spring_accelerations(
-    offsets,
-    rest_spans,
-    rest_directions,
-    inverse_masses,
-    pairs,
-    pair_spans,
-    numbers,
-    h,
-    chain_frames,
-    balance,
-    rest_loads,
-    push,
-    tensions,
-    positions,
-    accelerations_out,
-):
-    # model: chains, rest state, numbers, balance
-    # in: substep h, chain_frames, push (nodes, 3), tensions (nodes,), positions
-    # out: accelerations_out (nodes, 3) that do not depend on velocities: gravity, push, balance, springs
+def spring_accelerations(chains: Chains, numbers, h, chain_rotations, push, tensions, positions, accelerations_out):
+    """Computes the accelerations that do not depend on velocities: gravity, push, balance, springs.
+
+    Reads: chains; numbers; h; chain_rotations; push (nodes, 3): a user's accelerations [m/s^2]; tensions (nodes,) [N];
+        positions (nodes, 3) [m].
+    Writes: accelerations_out (nodes, 3) [m/s^2].
+    """
     for i in range(positions.shape[0]):
         for d in range(3):
             accelerations_out[i, d] = numbers[GRAVITY + d] + push[i, d]
-    add_balance(offsets, balance, rest_loads, inverse_masses, numbers, chain_frames, tensions, accelerations_out)
+    add_balance(chains, numbers, chain_rotations, tensions, accelerations_out)
     if numbers[LATERAL] > 0.0 or numbers[LATERAL_STRETCH] > 0.0:
-        add_lateral(pairs, pair_spans, inverse_masses, numbers, h, positions, accelerations_out)
+        add_lateral(chains, numbers, h, positions, accelerations_out)
     if numbers[SHRINK] > 0.0:
-        add_shrink(offsets, rest_spans, inverse_masses, numbers, h, positions, accelerations_out)
+        add_shrink(chains, numbers, h, positions, accelerations_out)
     if numbers[REST_ANGLE] > 0.0:
-        add_rest_angles(
-            offsets, rest_directions, inverse_masses, numbers, h, chain_frames, positions, accelerations_out
-        )
+        add_rest_angles(chains, numbers, h, chain_rotations, positions, accelerations_out)
 
 
 @kernel
-def add_air(offsets, across, numbers, h, positions, velocities, accelerations_out):
-    # model: across (nodes, 2) the nodes to both sides   in: substep h, positions, velocities
-    # out: accelerations_out changed by the air on cloth that faces it: with u = wind - v, n the cloth's normal,
-    #     a = |u.n| (drag - lift |u.n| / |u|) u + lift |u| (u.n) n, each rate r bounded as r / (1 + r h / 2)
+def add_air(chains: Chains, numbers, h, positions, velocities, accelerations_out):
+    """Adds the air on cloth that faces it.
+
+    With u = wind - v and n the cloth's normal: a = |u.n| (drag - lift |u.n| / |u|) u + lift |u| (u.n) n, with each rate
+    r bounded as r / (1 + r h / 2).
+
+    Reads: chains; numbers; h; positions (nodes, 3) [m]; velocities (nodes, 3) [m/s].
+    Writes: accelerations_out (nodes, 3): changed [m/s^2].
+    """
+    offsets, across = chains.offsets, chains.across
     for c in range(offsets.shape[0] - 1):
         for i in range(offsets[c] + 1, offsets[c + 1]):
             below, left, right = min(i + 1, offsets[c + 1] - 1), across[i, 0], across[i, 1]
@@ -195,8 +218,8 @@ def add_air(offsets, across, numbers, h, positions, velocities, accelerations_ou
             facing = x * nx + y * ny + z * nz
             plain = abs(facing) * max(numbers[AIR_DRAG] - numbers[AIR_LIFT] * abs(facing) / speed, 0.0)
             lifted = numbers[AIR_LIFT] * speed
-            share = 1.0 / (1.0 + 0.5 * h * (plain + lifted))
-            plain, lifted = share * plain, share * lifted * facing
+            ratio = 1.0 / (1.0 + 0.5 * h * (plain + lifted))
+            plain, lifted = ratio * plain, ratio * lifted * facing
             accelerations_out[i, 0] += plain * x + lifted * nx
             accelerations_out[i, 1] += plain * y + lifted * ny
             accelerations_out[i, 2] += plain * z + lifted * nz
@@ -204,8 +227,12 @@ def add_air(offsets, across, numbers, h, positions, velocities, accelerations_ou
 
 @kernel
 def smooth_node(i, a, b, rate, inverse_masses, velocities, accelerations_out):
-    # in: node i between nodes a and b, rate at which it takes on their mean velocity
-    # out: accelerations_out of all three changed, their momentum kept
+    """Adds the smoothing of one node's velocity, which keeps the momentum of the three nodes.
+
+    Reads: node i between nodes a and b; rate at which it takes on their mean velocity [1/s]; inverse_masses (nodes,)
+        [1/kg]; velocities (nodes, 3) [m/s].
+    Writes: accelerations_out (nodes, 3): changed at i, a and b [m/s^2].
+    """
     for d in range(3):
         away = rate * (velocities[i, d] - 0.5 * (velocities[a, d] + velocities[b, d]))
         accelerations_out[i, d] -= away
@@ -214,9 +241,16 @@ def smooth_node(i, a, b, rate, inverse_masses, velocities, accelerations_out):
 
 
 @kernel
-def add_smoothing(offsets, across, inverse_masses, numbers, h, velocities, accelerations_out):
-    # out: accelerations_out changed: a node takes on the mean velocity of the nodes above and below it, and of those
-    #     to both sides, at rates bounded so that half a step brings none beyond it; a turning chain is left alone
+def add_smoothing(chains: Chains, numbers, h, velocities, accelerations_out):
+    """Adds the smoothing of velocities along the chains and across them.
+
+    A node takes on the mean velocity of the nodes above and below it, and of those to both sides, at rates bounded so
+    that half a step brings none beyond it. A turning chain is left alone.
+
+    Reads: chains; numbers; h; velocities (nodes, 3) [m/s].
+    Writes: accelerations_out (nodes, 3): changed [m/s^2].
+    """
+    offsets, across, inverse_masses = chains.offsets, chains.across, chains.inverse_masses
     down = numbers[BEND_DAMPING] / (1.0 + 4.0 * h * numbers[BEND_DAMPING])
     side = numbers[LATERAL_DAMPING] / (1.0 + 4.0 * h * numbers[LATERAL_DAMPING])
     for c in range(offsets.shape[0] - 1):
@@ -228,23 +262,26 @@ def add_smoothing(offsets, across, inverse_masses, numbers, h, velocities, accel
 
 
 @kernel
-def external_accelerations(
-    offsets, across, inverse_masses, numbers, h, springs, positions, velocities, accelerations_out
-):
-    # model: chains, across (nodes, 2), inverse_masses, numbers
-    # in: substep h, springs (nodes, 3) from `spring_accelerations`, positions, velocities
-    # out: accelerations_out (nodes, 3): with wind drag, air, and damping
-    #     relative to the node above, harder below the root, and to the nodes around
+def external_accelerations(chains: Chains, numbers, h, springs, positions, velocities, accelerations_out):
+    """Computes all external accelerations: springs, wind drag, air, and damping.
+
+    Damping is relative to the node above, stronger below the root, and to the nodes around.
+
+    Reads: chains; numbers; h; springs (nodes, 3) of `spring_accelerations` [m/s^2]; positions (nodes, 3) [m];
+        velocities (nodes, 3) [m/s].
+    Writes: accelerations_out (nodes, 3) [m/s^2].
+    """
+    offsets = chains.offsets
     drag = numbers[DRAG]
     for c in range(offsets.shape[0] - 1):
         for i in range(offsets[c] + 1, offsets[c + 1]):
             damping = numbers[PARENT_DAMPING] + numbers[ROOT_DAMPING] * math.exp(offsets[c] + 1.0 - i)
             rate = (1.0 - math.exp(-0.5 * h * (drag + damping))) / (0.5 * h)
-            wind_share = drag / (drag + damping) if drag + damping > 0.0 else 0.0
+            wind_weight = drag / (drag + damping) if drag + damping > 0.0 else 0.0
             for d in range(3):
-                towards = wind_share * numbers[WIND + d] + (1.0 - wind_share) * velocities[i - 1, d]
+                towards = wind_weight * numbers[WIND + d] + (1.0 - wind_weight) * velocities[i - 1, d]
                 accelerations_out[i, d] = springs[i, d] + rate * (towards - velocities[i, d])
     if numbers[BEND_DAMPING] > 0.0 or numbers[LATERAL_DAMPING] > 0.0:
-        add_smoothing(offsets, across, inverse_masses, numbers, h, velocities, accelerations_out)
+        add_smoothing(chains, numbers, h, velocities, accelerations_out)
     if numbers[AIR_DRAG] > 0.0 or numbers[AIR_LIFT] > 0.0:
-        add_air(offsets, across, numbers, h, positions, velocities, accelerations_out)
+        add_air(chains, numbers, h, positions, velocities, accelerations_out)

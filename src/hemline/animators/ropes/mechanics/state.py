@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from hemline.animators.teleport import RigidTransform
+from hemline.animators.rigid_transform import RigidTransform
 from hemline.arrays import Bool, Float, Nodes
 
 

@@ -171,7 +171,7 @@ def tangent(angle):
     return math.tan(angle)
 
 
-@kernel
+@kernel(inline="always")
 def tension_demand(ropes: RopeGeometry, inverse_masses, tensions, velocities, accelerations, h, ahead, wanted_out):
     """Assembles the right-hand side of Eq. 4 as accelerations, with the centripetal part of Eq. 1.
 

@@ -41,7 +41,7 @@ def move_node(i, length, pulls, project, h, starts, velocities, positions_out):
     """Moves node i over a substep: Eq. 10 to 13 in the frame of the node above, see `dynamics`.
 
     Reads: i; length of its rope [m]; pulls: whether the rope pulls; project: whether to put back instead of to turn;
-        h: substep [s]; starts (nodes, 3) [m]; velocities (nodes, 3) at the half step [m/s]; positions_out of node i - 1.
+        h: substep [s]; starts (nodes, 3) [m]; velocities (nodes, 3) at the half step [m/s]; positions_out of i - 1.
     Writes: positions_out (nodes, 3): row i [m].
     """
     x, y, z = starts[i, 0] - starts[i - 1, 0], starts[i, 1] - starts[i - 1, 1], starts[i, 2] - starts[i - 1, 2]

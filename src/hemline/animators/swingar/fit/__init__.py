@@ -1,1 +1,1 @@
-"""The training of the graph network."""
+"""The training of SwinGar's network."""

@@ -1,4 +1,4 @@
-"""The estimator of dynamic deformation, for training: encoders, coarse mesh, corrective displacement."""
+"""The estimator of dynamic deformation for training: encoders, coarse mesh and corrective displacement."""
 
 from dataclasses import dataclass
 
@@ -16,19 +16,20 @@ from hemline.animators.swingar.estimator_config import (
 )
 from hemline.animators.swingar.graph import Graph
 
-from .layers import GatLn, condensed
+from .layers import GatLn, condense_heads
 
-START = 0.01
-"""What displacements of the coarse mesh are first scaled by [m]."""
-FAINT = 0.1
-"""What the logits of dynamic weights are first scaled by, beside those of skinning."""
+START_SCALE = 0.01
+"""Initial scale of the blend shape [m]."""
+LOGIT_SCALE = 0.1
+"""Initial scale of the terms that are added to the logits of the skin weights."""
 
 
 @dataclass(frozen=True, eq=False)
 class GarmentCode:
-    """What the estimator knows of a garment: made once, used in every frame."""
+    """A garment as the estimator encodes it once for all frames."""
 
     graph: Graph
+    """Graph of the garment."""
     positions: Tensor
     """Vertices at rest (verts, 3) [m]."""
     features: Tensor
@@ -36,20 +37,20 @@ class GarmentCode:
     shape: Tensor
     """Shape features (joints,)."""
     logits: Tensor
-    """Logits of skinning (verts, joints)."""
+    """Logits of the skin weights (verts, joints)."""
 
 
 class Estimator(nn.Module):
-    """SwinGar's estimator W: a garment at rest, poses of a body and the body's shape to a garment that moves.
+    """SwinGar's estimator W. It predicts a moving garment from the garment at rest, the poses of a body and its shape.
 
-    Everything is seen from the heading of the present frame, the pelvis's translation taken out (Section III-C).
+    All coordinates are those of the pelvis in the present frame, with its heading removed (Section III-C).
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Sections III-C and IV, Eq. 6.
-    Differs: heads of a layer stay apart up to the 24 joints; the last layers of the fully connected encoders are
-        linear; logits of the dynamic weights start at those of skinning; features of vertices, where there are any,
-        reach the state encoder, the blend shape and a displacement of each vertex of the coarse mesh, which begins at
-        zero; the blend shape and the corrective displacement are scaled by a small learned factor, that of the
-        corrective one beginning at zero; the inverse hyperbolic sine of the descriptor is encoded.
+    Differs: heads of a layer stay separate up to the 24 joints; the last layers of the fully connected encoders are
+        linear; logits of the dynamic weights start at those of skinning; features of vertices, if there are any, reach
+        the state encoder, the blend shape and a displacement of each vertex of the coarse mesh, which begins at zero;
+        the blend shape and the corrective displacement are scaled by small learned factors, that of the corrective one
+        beginning at zero; the inverse hyperbolic sine of the descriptor is encoded.
     """
 
     def __init__(self, config: EstimatorConfig | None = None):
@@ -59,17 +60,17 @@ class Estimator(nn.Module):
         self.graph_first = GatLn(VERTEX_WIDTH, c.graph, JOINTS, alpha=alpha)
         self.graph_second = GatLn(c.graph, c.motion, JOINTS, alpha=alpha)
         if c.global_shape == "spectral":
-            self.shape = _connected(c.descriptor, 256, 128, JOINTS)
+            self.shape = _dense_layers(c.descriptor, 256, 128, JOINTS)
         elif c.global_shape == "pooled":
             self.shape = nn.Linear(c.motion, JOINTS)
         self.motion = nn.LSTM(POSE_WIDTH, c.motion, batch_first=True)
-        self.body = _connected(c.body, 256, 128, c.corrective)
+        self.body = _dense_layers(c.body, 256, 128, c.corrective)
         self.state = GatLn(c.motion, c.state, JOINTS, alpha=alpha, extra=c.state_told)
         self.weight = nn.Linear(c.state, 1, bias=False)
         self.blend_first = GatLn(c.state, c.blend, 3, alpha=alpha, extra=c.told)
         self.blend_second = GatLn(c.blend, c.blend_last, 3, alpha=alpha)
         self.blend_motion = nn.Linear(c.motion, c.blend_last) if c.motion != c.blend_last else nn.Identity()
-        self.blend_scale = nn.Parameter(torch.full((1,), START))
+        self.blend_scale = nn.Parameter(torch.full((1,), START_SCALE))
         self.told_mean = nn.Buffer(torch.zeros(c.told))
         self.told_spread = nn.Buffer(torch.ones(c.told))
         if c.displacement:
@@ -84,29 +85,29 @@ class Estimator(nn.Module):
         self.corrective_second = GatLn(c.corrective, 3, 1, alpha=alpha)
         self.corrective_scale = nn.Parameter(torch.zeros(1))
         with torch.no_grad():
-            self.weight.weight.mul_(FAINT)
+            self.weight.weight.mul_(LOGIT_SCALE)
             if c.displacement:
                 self.displace.weight.zero_()
                 self.displace.bias.zero_()
 
     def coarse_parameters(self) -> list[nn.Parameter]:
-        """What the coarse mesh depends on: encoders of garment, shape and motion, and the coarse predictor."""
+        """Returns the parameters of the encoders of garment, shape and motion, and of the coarse predictor."""
         corrective = {id(each) for each in self.corrective_parameters()}
         return [each for each in self.parameters() if id(each) not in corrective]
 
     def corrective_parameters(self) -> list[nn.Parameter]:
-        """What the corrective displacement alone depends on: the encoder of the body, and its predictor."""
+        """Returns the parameters of the body encoder and of the corrective predictor."""
         layers = self.body, self.mesh_gates, self.hidden_gates, self.corrective_first, self.corrective_second
         return [self.peepholes, self.corrective_scale, *(each for layer in layers for each in layer.parameters())]
 
     def garment(self, graph: Graph, features: Tensor, descriptor: Tensor, skin_logits: Tensor) -> GarmentCode:
-        """Encode a garment at rest.
+        """Encodes a garment at rest.
 
         Args:
-            graph: Its graph.
+            graph: Graph of the garment.
             features: Normal, position [m] and distance to the body [m] of each vertex (verts, 7).
-            descriptor: Its spectral descriptor (descriptor,).
-            skin_logits: Where the dynamic weights start (verts, joints), see `graph_inputs.skin_logits`.
+            descriptor: Spectral descriptor of the garment (descriptor,).
+            skin_logits: Logits of the skin weights (verts, joints), see `graph_inputs.skin_logits`.
         """
         encoded = self.graph_second(graph, self.graph_first(graph, features[None, None]))
         if self.config.global_shape == "spectral":
@@ -122,17 +123,17 @@ class Estimator(nn.Module):
         garment: GarmentCode,
         motion: Tensor,
         transforms: Tensor,
-        told: Tensor | None = None,
+        features: Tensor | None = None,
         turns: Tensor | None = None,
     ) -> tuple[Tensor, Tensor, Tensor]:
-        """The coarse meshes of some frames, each on its own.
+        """Predicts the coarse meshes of some independent frames.
 
         Args:
             garment: The garment.
             motion: The last poses (frames, poses, 75), see `POSE_WIDTH`.
             transforms: Skinning transforms of the joints (frames, joints, 3, 4).
-            told: Features of the vertices (frames, verts, told); None where the estimator has none.
-            turns: How skinning turns each vertex, wxyz (frames, verts, 4); None where nothing is displaced.
+            features: Features of the vertices (frames, verts, features); None if the estimator has none.
+            turns: Rotation of each vertex by skinning, wxyz (frames, verts, 4); None if no vertices are displaced.
 
         Returns:
             Vertices (frames, verts, 3) [m], dynamic weights (frames, verts, joints), blend shape at rest
@@ -140,12 +141,12 @@ class Estimator(nn.Module):
         """
         c, extra, first = self.config, None, None
         if c.told:
-            assert told is not None
-            extra = (told - self.told_mean) / self.told_spread
+            assert features is not None
+            extra = (features - self.told_mean) / self.told_spread
             first = extra[..., : c.state_told].contiguous() if c.state_told else None
         moved = self.motion(motion)[1][0][0]
         state = self.state(garment.graph, garment.features, scale=moved, extra=first)
-        mean, scores = condensed(state, self.weight.weight[0])
+        mean, scores = condense_heads(state, self.weight.weight[0])
         weights = (scores * garment.shape + garment.logits).softmax(-1)
         blend = self.blend_first(garment.graph, mean[:, None], extra=extra)
         blend = self.blend_second(garment.graph, blend)
@@ -156,13 +157,14 @@ class Estimator(nn.Module):
             vertices = vertices + rotate(turns, self._displacements(mean, extra))
         return vertices, weights, blend
 
-    def _displacements(self, state: Tensor, told: Tensor | None) -> Tensor:
-        """Of each vertex, in the frame that skinning turns it to (frames, verts, 3) [m]."""
-        hidden = torch.relu(self.displace_first(state if told is None else torch.cat([state, told], dim=-1)))
+    def _displacements(self, state: Tensor, features: Tensor | None) -> Tensor:
+        """Predicts the displacement of each vertex in its frame as rotated by skinning (frames, verts, 3) [m]."""
+        inputs = state if features is None else torch.cat([state, features], dim=-1)
+        hidden = torch.relu(self.displace_first(inputs))
         return self.displace(torch.relu(self.displace_second(hidden)))
 
     def corrective(self, garment: GarmentCode, meshes: Tensor, joints: Tensor, body: Tensor) -> Tensor:
-        """The corrective displacement of some frames.
+        """Predicts the corrective displacements of some frames.
 
         Args:
             garment: The garment.
@@ -189,26 +191,26 @@ class Estimator(nn.Module):
 
 
 def blend_skin(weights: Tensor, transforms: Tensor, points: Tensor) -> Tensor:
-    """Linear blend skinning.
+    """Applies linear blend skinning; returns vertices (frames, verts, 3) [m].
 
     Args:
-        weights: Of each vertex (frames, verts, joints).
-        transforms: Of the joints (frames, joints, 3, 4) [m].
-        points: Vertices at rest (verts, 3), or one set a frame [m].
+        weights: Skin weights of each vertex (frames, verts, joints).
+        transforms: Skinning transforms of the joints (frames, joints, 3, 4) [m].
+        points: Vertices at rest (verts, 3), or those of each frame (frames, verts, 3) [m].
     """
     blended = (weights @ transforms.flatten(2)).unflatten(2, (3, 4))
     return (blended[..., :3] @ points[..., None])[..., 0] + blended[..., 3]
 
 
 def rotate(turns: Tensor, vectors: Tensor) -> Tensor:
-    """Vectors (..., 3) turned by unit quaternions, wxyz (..., 4)."""
+    """Rotates vectors (..., 3) by unit quaternions, wxyz (..., 4)."""
     scalar, axis = turns[..., :1], turns[..., 1:]
     cross = 2 * torch.linalg.cross(axis, vectors)
     return vectors + scalar * cross + torch.linalg.cross(axis, cross)
 
 
 def cost(config: EstimatorConfig, vertex_count: int, *, ring: float = 7.0) -> dict[str, tuple[int, int]]:
-    """Weights, and operations of one frame, part by part.
+    """Counts the weights of each part and its operations in one frame.
 
     Args:
         config: The sizes.
@@ -216,8 +218,8 @@ def cost(config: EstimatorConfig, vertex_count: int, *, ring: float = 7.0) -> di
         ring: Mean number of vertices in a ring.
 
     Returns:
-        Counts of weights and of floating point operations (two a multiplication and addition) by part: those of the
-        garment, of which a frame needs none, come first.
+        Numbers of weights and of floating point operations by part; a multiplication with an addition counts as two.
+        The parts that encode a garment come first; a frame does not need them.
     """
     estimator, per_frame = Estimator(config), {"hidden_gates": MESHES - 1, "mesh_gates": MESHES}
 
@@ -234,11 +236,11 @@ def cost(config: EstimatorConfig, vertex_count: int, *, ring: float = 7.0) -> di
         times = vertex_count * JOINTS if name == "weight" else vertex_count if name.startswith("displace") else 1
         return 2 * weights_of(module) * times
 
-    found = {name: (weights_of(part), work_of(name, part)) for name, part in estimator.named_children()}
-    return {name: each for name, each in found.items() if each[0]}
+    counts = {name: (weights_of(part), work_of(name, part)) for name, part in estimator.named_children()}
+    return {name: each for name, each in counts.items() if each[0]}
 
 
-def _connected(inputs: int, *sizes: int) -> nn.Sequential:
+def _dense_layers(inputs: int, *sizes: int) -> nn.Sequential:
     layers: list[nn.Module] = []
     for size in sizes:
         layers += [nn.Linear(inputs, size), nn.ReLU()]

@@ -9,14 +9,14 @@ import numpy as np
 from hemline.animators.coarse.fit.split_frames import SplitFrames
 from hemline.animators.swingar.config import SwingarConfig
 from hemline.animators.swingar.estimator_config import JOINTS, EstimatorConfig
-from hemline.animators.swingar.graph_inputs import STATE_TOLD, TOLD
+from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX_FEATURES
 from hemline.animators.swingar.graph_network import GraphNetwork
 from hemline.animators.swingar.runtime import RuntimeEstimator
 
 from .graph_samples import TakeSamples
 
-DISPLACEMENT = 128
-"""Width of the layers that displace vertices."""
+DISPLACEMENT_WIDTH = 128
+"""Width of the layers that displace vertices, see `EstimatorConfig.displacement`."""
 
 
 def fit_graph(
@@ -29,10 +29,10 @@ def fit_graph(
     checkpoints: Path | None,
     tell: Callable[[str, int, int], None],
 ) -> tuple[GraphNetwork, dict[str, float]]:
-    """Learn; arguments as `fit_lag.fit_lag`.
+    """Trains a graph network; `coarse.kind.NetworkKind.train` documents the arguments.
 
     Returns:
-        The network, and its error on takes that are not learned from, mean distance of proxy vertices.
+        The network, and the mean distance of its proxy vertices from the truth on held-out takes.
 
     Raises:
         BadModel: The training diverged.
@@ -68,7 +68,7 @@ def fit_graph(
         start=None if start is None else dict(start.estimator.arrays),
         scales=samples.scales(),
     )
-    skinned = [samples.skinned(chosen) for chosen in validation_frames(samples, plan.groups)]
+    skinned = [samples.skinning_error(chosen) for chosen in validation_frames(samples, plan.groups)]
     figures = {
         "frames": float(len(samples.training)),
         "held_out_mm": 1e3 * trained.error,
@@ -80,22 +80,23 @@ def fit_graph(
 
 
 def estimator_of(config: SwingarConfig, betas: int) -> EstimatorConfig:
-    """The sizes that options ask for.
+    """Returns the sizes of the estimator for options of the fit.
 
     Args:
-        config: The options.
-        betas: Shape coefficients of the body.
+        config: Options of the fit.
+        betas: Number of shape coefficients of the body.
     """
-    made = EstimatorConfig.lean() if config.sizes == "lean" else EstimatorConfig()
-    own = {"told": TOLD, "state_told": STATE_TOLD, "displacement": DISPLACEMENT} if config.features else {}
-    return replace(made, body=betas + 3 * JOINTS, alpha=config.alpha, **own)
+    sizes = EstimatorConfig.lean() if config.sizes == "lean" else EstimatorConfig()
+    features = {"told": VERTEX_FEATURES, "state_told": STATE_FEATURES, "displacement": DISPLACEMENT_WIDTH}
+    own = features if config.features else {}
+    return replace(sizes, body=betas + 3 * JOINTS, alpha=config.alpha, **own)
 
 
 def samples_of(frames: SplitFrames, descriptor: int) -> TakeSamples:
-    """Frames of takes as samples.
+    """Returns the training samples of frames of takes.
 
     Args:
-        frames: The frames, and what they are for.
-        descriptor: Numbers of the spectral descriptor.
+        frames: The frames with their splits.
+        descriptor: Number of entries of the spectral descriptor.
     """
     return TakeSamples.of(frames.groups, [each == "train" for each in frames.splits], descriptor)

@@ -1,4 +1,4 @@
-"""Frames of takes as the graph network is trained on them, numbered one after the other."""
+"""Training samples of the graph network: numbered frames of takes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,10 +6,9 @@ from typing import Self
 
 import numpy as np
 
-from hemline import bodies
 from hemline.animators.coarse.fit.garment_frames import GarmentFrames
 from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, STATIC_COUNT
-from hemline.animators.swingar.graph_inputs import TOLD, garment_of_frames, vertex_inputs
+from hemline.animators.swingar.graph_inputs import VERTEX_FEATURES, garment_of_frames, vertex_inputs
 from hemline.arrays import Bool, Float, Int
 from hemline.bodies import Body, PosedBody
 from hemline.collide.neural_sdf.distance import Distance
@@ -19,114 +18,121 @@ from hemline.motions.quaternions import from_axis_angle
 
 from .samples import FrameBatch, GarmentSample
 
-SPREAD = 0.01
-"""Features vary by this much at least, as they are scaled."""
-SHOWN = 8
-"""Frames of each garment that features are scaled by."""
+MIN_SPREAD = 0.01
+"""Smallest spread by which features are divided."""
+SCALE_FRAMES = 8
+"""Number of frames of each garment from which the scales of features are computed."""
 
 
 @dataclass(frozen=True, eq=False)
 class TakeSamples:
-    """`samples.Samples` of takes. Arrays of frames may be mapped from files: what is asked for is read then."""
+    """`samples.TrainingSamples` of takes. Arrays of frames may be mapped from files: what is asked for is read then."""
 
-    worn: Sequence[GarmentFrames]
+    groups: Sequence[GarmentFrames]
     """The frames of each garment on a body."""
     garments: Sequence[GarmentSample]
-    """The garments."""
+    """The garments at rest."""
     firsts: Int[np.ndarray, " garments"]
-    """Number of the first sample of each."""
+    """Number of the first sample of each garment."""
     garment_of: Int[np.ndarray, " samples"]
-    """Which garment each sample is of."""
+    """Number of the garment of each sample."""
     before: Int[np.ndarray, "samples 2"]
-    """Samples one and two frames before each; the sample itself where they are not among them."""
-    wanted: Bool[np.ndarray, " samples"]
-    """Whether they are, or it is at the beginning of its clip."""
+    """Samples one and two frames before each; the sample itself if such a frame is missing."""
+    has_past: Bool[np.ndarray, " samples"]
+    """Whether the two frames before a sample are samples too, or the sample is at the beginning of its clip."""
     training: Int[np.ndarray, " training"]
     """Samples to train on."""
     validation: Int[np.ndarray, " validation"]
-    """Samples to choose the best weights by."""
-    missed: Float[np.ndarray, " garments"]
-    """How far skinning misses each garment that is learned from, mean distance [m]; nan of the others."""
+    """Samples by which the best weights are chosen."""
+    skinning_errors: Float[np.ndarray, " garments"]
+    """Mean distance of each garment that is trained on from skinning [m]; nan for the others."""
 
     @classmethod
-    def of(cls, worn: Sequence[GarmentFrames], trains: Sequence[Bool[np.ndarray, " frames"]], descriptor: int) -> Self:
-        """Frames as samples.
+    def of(
+        cls, groups: Sequence[GarmentFrames], trains: Sequence[Bool[np.ndarray, " frames"]], descriptor: int
+    ) -> Self:
+        """Numbers frames as samples.
 
         Args:
-            worn: The frames of each garment on a body.
-            trains: Which of them are learned from; by the others the best weights are chosen.
-            descriptor: Numbers of the spectral descriptor.
+            groups: The frames of each garment on a body.
+            trains: Whether each frame is trained on. The best weights are chosen by the others.
+            descriptor: Number of entries of the spectral descriptor.
         """
-        counts = [len(each) for each in worn]
+        counts = [len(each) for each in groups]
         firsts = np.cumsum([0, *counts])[:-1].astype(np.int64)
-        wanted, learned = np.concatenate([np.asarray(each.wanted) for each in worn]), np.concatenate(trains)
+        usable, trained = np.concatenate([np.asarray(each.wanted) for each in groups]), np.concatenate(trains)
         return cls(
-            worn,
-            [garment_of_frames(each, descriptor) for each in worn],
+            groups,
+            [garment_of_frames(each, descriptor) for each in groups],
             firsts,
-            np.repeat(np.arange(len(worn)), counts),
-            np.concatenate([first + each.before for first, each in zip(firsts, worn, strict=True)]),
-            wanted,
-            np.flatnonzero(learned),
-            np.flatnonzero(~learned & wanted),
-            np.array([_missed(each, np.flatnonzero(mine)) for each, mine in zip(worn, trains, strict=True)]),
+            np.repeat(np.arange(len(groups)), counts),
+            np.concatenate([first + each.before for first, each in zip(firsts, groups, strict=True)]),
+            usable,
+            np.flatnonzero(trained),
+            np.flatnonzero(~trained & usable),
+            np.array([_skinning_error(each, np.flatnonzero(mine)) for each, mine in zip(groups, trains, strict=True)]),
         )
 
     def frames(self, chosen: Int[np.ndarray, " frames"]) -> FrameBatch:
-        """Some samples, all of one garment."""
-        worn, rows = self._rows(chosen)
+        """Returns some samples, all of one garment."""
+        group, rows = self._rows(chosen)
         return FrameBatch(
-            worn.motion[rows].astype(np.float32),
-            np.array(worn.transforms[rows]),
-            np.array(worn.joints[rows]),
-            np.array(worn.body[rows]),
-            np.array(worn.heading[rows]),
-            np.array(worn.truth[rows]),
-            vertex_inputs(worn.told[rows], worn.static),
-            worn.turns[rows].astype(np.float32),
+            group.motion[rows].astype(np.float32),
+            np.array(group.transforms[rows]),
+            np.array(group.joints[rows]),
+            np.array(group.body[rows]),
+            np.array(group.heading[rows]),
+            np.array(group.truth[rows]),
+            vertex_inputs(group.features[rows], group.static),
+            group.turns[rows].astype(np.float32),
         )
 
     def bodies(self, garment: int, batch: FrameBatch) -> list[Distance]:
-        """The neural distance to the body in each frame, as the frame sees it; raises BadModel."""
-        body, sdf = bodies.load(self.worn[garment].body_name), load_neural_sdf()
-        return [sdf.at(_posed(body, told)) for told in batch.body]
+        """Returns the neural distance to the body in the coordinates of each frame; raises BadModel."""
+        body, sdf = self.groups[garment].on_body, load_neural_sdf()
+        return [sdf.at(_pose_body(body, inputs)) for inputs in batch.body]
 
-    def skinned(self, chosen: Int[np.ndarray, " frames"]) -> float:
-        """Mean distance of some samples, all of one garment, from skinning [m]."""
-        return _missed(*self._rows(chosen))
+    def skinning_error(self, chosen: Int[np.ndarray, " frames"]) -> float:
+        """Returns the mean distance of some samples, all of one garment, from skinning [m]."""
+        return _skinning_error(*self._rows(chosen))
 
-    def scales(self) -> tuple[Float[np.ndarray, " told"], Float[np.ndarray, " told"]]:
-        """Mean and spread of each feature of the vertices over frames that are learned from, float32."""
-        sums, squares, count = np.zeros(TOLD), np.zeros(TOLD), 0
+    def scales(self) -> tuple[Float[np.ndarray, " features"], Float[np.ndarray, " features"]]:
+        """Returns mean and spread of each feature of the vertices over frames that are trained on, float32."""
+        sums, squares, count = np.zeros(VERTEX_FEATURES), np.zeros(VERTEX_FEATURES), 0
         for number in np.unique(self.garment_of[self.training]):
             chosen = self.training[self.garment_of[self.training] == number]
-            worn, rows = self._rows(chosen[:: max(1, len(chosen) // SHOWN)])
-            told = vertex_inputs(worn.told[rows], worn.static).astype(np.float64)
-            sums, squares = sums + told.sum(axis=(0, 1)), squares + (told**2).sum(axis=(0, 1))
-            count += told.shape[0] * told.shape[1]
+            group, rows = self._rows(chosen[:: max(1, len(chosen) // SCALE_FRAMES)])
+            features = vertex_inputs(group.features[rows], group.static).astype(np.float64)
+            sums, squares = sums + features.sum(axis=(0, 1)), squares + (features**2).sum(axis=(0, 1))
+            count += features.shape[0] * features.shape[1]
         mean = sums / count
         spread = np.sqrt(np.maximum(squares / count - mean**2, 0))
-        return mean.astype(np.float32), np.where(spread < 1e-4, 1, np.maximum(spread, SPREAD)).astype(np.float32)
+        return mean.astype(np.float32), np.where(spread < 1e-4, 1, np.maximum(spread, MIN_SPREAD)).astype(np.float32)
 
     def _rows(self, chosen: Int[np.ndarray, " frames"]) -> tuple[GarmentFrames, Int[np.ndarray, " frames"]]:
         number = int(self.garment_of[chosen[0]])
-        return self.worn[number], chosen - self.firsts[number]
+        return self.groups[number], chosen - self.firsts[number]
 
 
-def _missed(worn: GarmentFrames, rows: Int[np.ndarray, " frames"]) -> float:
-    """Mean distance from skinning [m]; nan of no frames."""
+def _skinning_error(group: GarmentFrames, rows: Int[np.ndarray, " frames"]) -> float:
+    """Returns the mean distance of some frames from skinning [m], nan if there are none."""
     if not len(rows):
         return float("nan")
-    return float(np.linalg.norm(worn.apart[rows].astype(np.float32), axis=2).mean())
+    return float(np.linalg.norm(group.displacements[rows].astype(np.float32), axis=2).mean())
 
 
-def _posed(body: Body, told: Float[np.ndarray, " body"]) -> PosedBody:
-    """The body as a frame sees it: the pelvis is the origin, its heading is taken out."""
-    betas, axes = np.split(told, [-3 * JOINT_COUNT])
+def _pose_body(body: Body, inputs: Float[np.ndarray, " body"]) -> PosedBody:
+    """Poses the body at the origin, with its heading removed.
+
+    Args:
+        body: The body.
+        inputs: Betas and axis-angles of the pose.
+    """
+    betas, axes = np.split(inputs, [-3 * JOINT_COUNT])
     rotations = from_axis_angle(axes.reshape(JOINT_COUNT, 3).astype(np.float64)).astype(np.float32)
     return body.shaped(betas).posed(Pose(rotations, np.zeros(3, np.float32)))
 
 
-def forget_beginning(told: Float[np.ndarray, "... told"]) -> None:
-    """Take from features what they tell of how the garment lay at the beginning, in place."""
-    told[..., -STATIC_COUNT - BEGINNING_COUNT : -STATIC_COUNT] = 0
+def forget_beginning(features: Float[np.ndarray, "... features"]) -> None:
+    """Clears the features that say how the garment lay at the beginning, in place."""
+    features[..., -STATIC_COUNT - BEGINNING_COUNT : -STATIC_COUNT] = 0

@@ -7,13 +7,20 @@ import torch
 from torch import Tensor, nn
 
 from hemline.animators.swingar.graph import Graph
-from hemline.animators.swingar.layer_kernels import SLOPE, TINY, attend, attend_back, condense, condense_back
+from hemline.animators.swingar.layer_kernels import (
+    LEAKY_SLOPE,
+    MIN_DIVISOR,
+    attend,
+    attend_back,
+    condense,
+    condense_back,
+)
 from hemline.compiled import threads
 from hemline.errors import BadInput
 
 
 class _Attention(torch.autograd.Function):
-    """`layer_kernels.attend` and its backward."""
+    """Makes `layer_kernels.attend` differentiable."""
 
     @staticmethod
     def forward(
@@ -69,8 +76,8 @@ class _Attention(torch.autograd.Function):
         )
 
 
-class _Condensed(torch.autograd.Function):
-    """`layer_kernels.condense` and its backward."""
+class _CondenseHeads(torch.autograd.Function):
+    """Makes `layer_kernels.condense` differentiable."""
 
     @staticmethod
     def forward(ctx: Any, state: Tensor, vector: Tensor) -> tuple[Tensor, Tensor]:
@@ -89,19 +96,19 @@ class _Condensed(torch.autograd.Function):
         return state_back, vector_back.sum(0)
 
 
-def condensed(state: Tensor, vector: Tensor) -> tuple[Tensor, Tensor]:
-    """The mean of heads, and the product of each head with one vector.
+def condense_heads(state: Tensor, vector: Tensor) -> tuple[Tensor, Tensor]:
+    """Computes the mean of all heads, and the product of each head with one vector.
 
     Args:
         state: Features (frames, heads, verts, width), contiguous.
-        vector: (width,).
+        vector: The vector (width,).
 
     Returns:
         Mean (frames, verts, width), products (frames, verts, heads).
     """
     if state.device.type != "cpu":
         return state.mean(1), (state @ vector).transpose(1, 2)
-    return _Condensed.apply(state, vector)
+    return _CondenseHeads.apply(state, vector)
 
 
 class GatLn(nn.Module):
@@ -114,17 +121,17 @@ class GatLn(nn.Module):
       \lVert a_h \rVert \sqrt{\max_k \lvert x'_k \rvert^2 + \lvert x'_i \rvert^2}\big),
       \qquad e_{ij} = a_h^{(1)} \cdot x'_i + a_h^{(2)} \cdot x'_j$$
 
-    The outputs are $\tanh$ of the mean over the heads of a group of such sums. So $\lvert\text{score}\rvert \le \alpha$
-    however large the features are, and `alpha=0` gives the mean of the ring. Weights are drawn, head by head, as in
+    The outputs are $\tanh$ of the mean of such sums over the heads of a group. Thus $\lvert\text{score}\rvert \le
+    \alpha$ for features of any size, and `alpha=0` gives the mean of the ring. Weights are drawn, head by head, as in
     Glorot and Bengio 2010.
 
     Args:
         inputs: Width of the features.
         outputs: Width of the result, per head.
-        heads: Number of heads; all of them together.
-        groups: Number of results; the heads of one are averaged. As many as heads: the heads stay apart.
-        alpha: Scale of the scores; None leaves them as they are (ordinary graph attention).
-        extra: Width of further features of each vertex, which all heads are given beside their own.
+        heads: Number of all heads.
+        groups: Number of results; the heads of one are averaged. By default the heads stay separate.
+        alpha: Scale of the scores; None does not normalise them (ordinary graph attention).
+        extra: Width of further features of each vertex, which all heads are given.
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 2 and 4; Velickovic et al., "Graph attention networks", 2018,
         Eq. 1 to 6 (also: heads are averaged before the nonlinearity); Dasoulas, Scaman, Virmaux, "Lipschitz
@@ -147,26 +154,26 @@ class GatLn(nn.Module):
                 nn.init.xavier_uniform_(self.extra_weights[head])
 
     def forward(self, graph: Graph, x: Tensor, *, scale: Tensor | None = None, extra: Tensor | None = None) -> Tensor:
-        """Features of all vertices in some frames, one step of attention later.
+        """Applies the layer to the features of all vertices in some frames.
 
         Args:
-            graph: Who looks at whom.
-            x: Features (frames, heads, verts, inputs); an axis of 1 holds for all frames, for all heads.
-            scale: Factors of features (frames, inputs); None: 1.
-            extra: Further features (frames, verts, extra), which are data: no gradient reaches them; None: none.
+            graph: Graph of the garment.
+            x: Features (frames, heads, verts, inputs); an axis of length 1 is used for all frames or heads.
+            scale: Factors of the features (frames, inputs); None for 1.
+            extra: Further features (frames, verts, extra), which get no gradient; None for none.
 
         Returns:
             Features (frames, groups, verts, outputs), each between -1 and 1.
 
         Raises:
-            BadInput: Further features are not as many as the layer has weights for.
+            BadInput: The number of further features is another than that of the layer.
         """
         wanted = self.extra_weights.shape[1]
         if extra is not None and extra.shape[-1] != wanted:
             got = f"{extra.shape[-1]} of a vertex"
             raise BadInput(f"a layer made for {wanted} further features", got, "give as many, or none")
         if x.device.type != "cpu":
-            return gathered_attention(self, graph, x, scale, extra)
+            return gather_attention(self, graph, x, scale, extra)
         scale = x.new_zeros((0, 0)) if scale is None else scale
         extra = x.new_zeros((0, x.shape[2], 0)) if extra is None else extra
         return _Attention.apply(
@@ -174,45 +181,45 @@ class GatLn(nn.Module):
         )
 
 
-_sent: WeakKeyDictionary[Graph, dict[torch.device, tuple[Tensor, Tensor]]] = WeakKeyDictionary()
+_copies: WeakKeyDictionary[Graph, dict[torch.device, tuple[Tensor, Tensor]]] = WeakKeyDictionary()
 
 
-def _padded(graph: Graph, device: torch.device) -> tuple[Tensor, Tensor]:
-    """`Graph.padded` on a device, sent there once."""
-    there = _sent.setdefault(graph, {})
-    if device not in there:
-        ring, held = graph.padded
-        there[device] = torch.from_numpy(ring).to(device), torch.from_numpy(held).to(device)
-    return there[device]
+def _equal_rings(graph: Graph, device: torch.device) -> tuple[Tensor, Tensor]:
+    """Returns `Graph.equal_rings` on a device, to which they are copied once."""
+    copies = _copies.setdefault(graph, {})
+    if device not in copies:
+        ring, real = graph.equal_rings
+        copies[device] = torch.from_numpy(ring).to(device), torch.from_numpy(real).to(device)
+    return copies[device]
 
 
-def gathered_attention(
+def gather_attention(
     layer: GatLn, graph: Graph, x: Tensor, scale: Tensor | None = None, extra: Tensor | None = None
 ) -> Tensor:
-    """The same layer in plain torch, on rings of equal length: for devices that the kernels are not for.
+    """Applies a layer in plain torch, on rings of equal length. Devices without compiled kernels use it.
 
     Args:
         layer: The layer.
-        graph: Who looks at whom.
-        x: Features (frames, heads, verts, inputs); an axis of 1 holds for all frames, for all heads.
-        scale: Factors of features (frames, inputs); None: 1.
-        extra: Further features (frames, verts, extra); None: none.
+        graph: Graph of the garment.
+        x: Features (frames, heads, verts, inputs); an axis of length 1 is used for all frames or heads.
+        scale: Factors of the features (frames, inputs); None for 1.
+        extra: Further features (frames, verts, extra); None for none.
 
     Returns:
         Features (frames, groups, verts, outputs), each between -1 and 1.
     """
-    ring, held = _padded(graph, x.device)
+    ring, real = _equal_rings(graph, x.device)
     x = x if scale is None else x * scale[:, None, None, :]
     projected = x @ layer.weights
     if extra is not None:
         projected = projected + extra[:, None] @ layer.extra_weights
-    looks, looked_at = (projected @ layer.vectors.transpose(1, 2)).unbind(-1)
-    scores = looks[..., None] + looked_at[..., ring]
+    center, neighbour = (projected @ layer.vectors.transpose(1, 2)).unbind(-1)
+    scores = center[..., None] + neighbour[..., ring]
     if layer.alpha is not None:
         squares = projected.square().sum(-1)
         bound = layer.vectors.square().sum((1, 2)).sqrt()[:, None] * (squares[..., ring].amax(-1) + squares).sqrt()
-        norms = (scores * held).square().sum(-1).sqrt()
-        scores = layer.alpha * scores / torch.maximum(norms, bound).clamp(min=float(TINY))[..., None]
-    scores = torch.nn.functional.leaky_relu(scores, float(SLOPE)).masked_fill(held == 0, -torch.inf)
+        norms = (scores * real).square().sum(-1).sqrt()
+        scores = layer.alpha * scores / torch.maximum(norms, bound).clamp(min=float(MIN_DIVISOR))[..., None]
+    scores = torch.nn.functional.leaky_relu(scores, float(LEAKY_SLOPE)).masked_fill(real == 0, -torch.inf)
     gathered = (scores.softmax(-1)[..., None, :] @ projected[:, :, ring])[..., 0, :]
     return torch.tanh(gathered.unflatten(1, (layer.groups, -1)).mean(2))

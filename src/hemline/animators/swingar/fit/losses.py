@@ -8,21 +8,25 @@ from torch import Tensor
 from hemline.options import check_options, not_negative
 
 GRAVITY = 9.8
-"""[m/s^2]"""
-SMALL = 1e-8
-"""Added to squares of distances, so that a distance of zero has a gradient [m^2]."""
+"""Acceleration of gravity [m/s^2]."""
+SMALL_SQUARE = 1e-8
+"""Number added to squared distances, so that a distance of zero has a gradient [m^2]."""
 
 
 @dataclass(frozen=True)
 class LossWeights:
-    """What each term is multiplied by (Section IV)."""
+    """Weights of the loss terms (Section IV)."""
 
     vertex: float = not_negative(3.0)
-    """Of the mean distance, whose gradient is then that of 50 times the mean square, the paper's, at 30 mm."""
+    """Weight of the mean distance. At 30 mm its gradient is that of the paper's term, 50 times the mean square."""
     edge: float = not_negative(10.0)
+    """Weight of `edge_loss`."""
     bend: float = not_negative(3.0)
+    """Weight of `bend_loss`."""
     gravity: float = not_negative(0.2)
+    """Weight of `gravity_loss`."""
     collision: float = not_negative(1.5)
+    """Weight of `collision_loss`."""
 
     def __post_init__(self) -> None:
         check_options(self, "weight of a loss")
@@ -33,20 +37,20 @@ def distance_loss(vertices: Tensor, truth: Tensor) -> Tensor:
 
     Args:
         vertices: Predicted vertices (frames, verts, 3) [m].
-        truth: True ones [m].
+        truth: Simulated vertices (frames, verts, 3) [m].
 
-    Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 11. Differs: the distance, not its square: of a loose garment in
-        one and the same motion there are several truths, far apart.
+    Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 11. Differs: the distance, not its square, since a loose
+        garment has several truths in the same motion that lie far apart.
     """
-    return ((vertices - truth).square().sum(-1) + SMALL).sqrt().mean()
+    return ((vertices - truth).square().sum(-1) + SMALL_SQUARE).sqrt().mean()
 
 
 def edge_loss(vertices: Tensor, truth: Tensor, edges: Tensor) -> Tensor:
-    """Mean square difference of the lengths of edges [m^2].
+    """Returns the mean square difference of the lengths of edges [m^2].
 
     Args:
         vertices: Predicted vertices (frames, verts, 3) [m].
-        truth: True ones [m].
+        truth: Simulated vertices (frames, verts, 3) [m].
         edges: Vertex ids (edges, 2), int64.
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 12, first term. Differs: the mean, so that a garment of many
@@ -56,12 +60,12 @@ def edge_loss(vertices: Tensor, truth: Tensor, edges: Tensor) -> Tensor:
 
 
 def bend_loss(vertices: Tensor, faces: Tensor, beside: Tensor) -> Tensor:
-    r"""Mean of $\lVert \Delta N \rVert^2$: how far the normal of each face is from the mean of those beside it.
+    r"""Returns the mean of $\lVert \Delta N \rVert^2$: how far face normals are from the mean of their neighbours.
 
     Args:
         vertices: Predicted vertices (frames, verts, 3) [m].
         faces: Triangles as vertex ids (faces, 3), int64.
-        beside: Faces that share an edge, as ids (pairs, 2), int64.
+        beside: Ids of two faces that share an edge (pairs, 2), int64.
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 12, second term; Bertiche, Madadi, Escalera, "PBNS", 2021.
         Differs: the mean over faces; the Laplacian has equal weights.
@@ -80,7 +84,7 @@ def gravity_loss(vertices: Tensor, mass: Tensor) -> Tensor:
 
     Args:
         vertices: Predicted vertices (frames, verts, 3) [m].
-        mass: Of each vertex (verts,) [kg].
+        mass: Mass of each vertex (verts,) [kg].
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Eq. 13, in axes with y up.
     """

@@ -1,4 +1,4 @@
-"""What the estimator is trained on, as plain arrays; everything is seen from the heading of its own frame."""
+"""The training data of the estimator as plain arrays. Coordinates are those of a `PelvisFrame`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,65 +16,67 @@ class GarmentSample:
     """A garment at rest on one body."""
 
     graph: Graph
+    """Graph of the garment."""
     faces: Faces
+    """Triangles of the garment."""
     features: Float[np.ndarray, "verts 7"]
     """Normal, position [m], signed distance to the body [m] of each vertex, float32."""
     descriptor: Float[np.ndarray, " descriptor"]
     """Eigenvalues [1], float32."""
     skin_logits: Float[np.ndarray, "verts joints"]
-    """Where the dynamic weights start, float32."""
+    """Logits of the skin weights, float32."""
     mass: Float[np.ndarray, " verts"]
     """Mass of each vertex [kg], float32."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrameBatch:
-    """Some frames of one garment, float32. The pelvis is the origin, its heading is taken out."""
+    """Some frames of one garment, float32. The pelvis is the origin, and its heading is removed."""
 
     motion: Float[np.ndarray, "frames poses 75"]
-    """The last 65 poses, the present one last: axis-angles, the pelvis's way since the frame before [m]."""
+    """The last 65 poses, the present one last: axis-angles, displacement of the pelvis [m]."""
     transforms: Float[np.ndarray, "frames joints 3 4"]
     """Skinning transforms of the joints [m]."""
     joints: Float[np.ndarray, "frames joints 3"]
     """Positions of the joints [m]."""
     body: Float[np.ndarray, "frames body"]
-    """Betas, axis-angles of the present pose."""
+    """Betas and axis-angles of the present pose."""
     heading: Float[np.ndarray, "frames 3 3"]
     """Rotations from the frame's own heading to one that all frames of a clip share."""
     truth: Float[np.ndarray, "frames verts 3"]
-    """The garment of the ground truth [m]."""
-    told: Float[np.ndarray, "frames verts told"] | None = None
+    """Vertices of the ground truth [m]."""
+    features: Float[np.ndarray, "frames verts features"] | None = None
     """Features of the vertices, see `graph_inputs.vertex_inputs`."""
     turns: Float[np.ndarray, "frames verts 4"] | None = None
-    """How skinning turns each vertex, wxyz."""
+    """Rotation of each vertex by skinning, wxyz."""
 
 
-class Samples(Protocol):
-    """A training set. A sample is one frame of one garment, and has a number."""
+class TrainingSamples(Protocol):
+    """A training set. Each sample is one frame of one garment and has a number."""
 
     @property
     def garments(self) -> Sequence[GarmentSample]:
-        """All garments, those of the validation set, too."""
+        """All garments, those of the validation set included."""
         ...
 
     @property
     def garment_of(self) -> Int[np.ndarray, " samples"]:
-        """Which garment each sample is of."""
+        """Number of the garment of each sample."""
         ...
 
     @property
     def before(self) -> Int[np.ndarray, "samples 2"]:
-        """Samples one and two frames before each; at the start of a clip the first itself."""
+        """Samples one and two frames before each; the first sample of a clip precedes itself."""
         ...
 
     @property
-    def wanted(self) -> Bool[np.ndarray, " samples"]:
-        """Whether the two frames before a sample are samples, too, or it is the first of its clip."""
+    def has_past(self) -> Bool[np.ndarray, " samples"]:
+        """Whether the two frames before a sample are samples too, or the sample is the first of its clip."""
         ...
 
     @property
-    def missed(self) -> Float[np.ndarray, " garments"]:
-        """Mean distance of each garment that is trained on from skinning [m]; nan: not trained on."""
+    def skinning_errors(self) -> Float[np.ndarray, " garments"]:
+        """Mean distance of each garment that is trained on from skinning [m]; nan for the others."""
         ...
 
     @property
@@ -84,19 +86,19 @@ class Samples(Protocol):
 
     @property
     def validation(self) -> Int[np.ndarray, " validation"]:
-        """Samples to choose the best weights by, of clips that are not trained on."""
+        """Samples by which the best weights are chosen, of clips that are not trained on."""
         ...
 
     def frames(self, chosen: Int[np.ndarray, " frames"]) -> FrameBatch:
-        """Some samples, all of one garment."""
+        """Returns some samples, all of one garment."""
         ...
 
     def bodies(self, garment: int, batch: FrameBatch) -> Sequence[Distance]:
-        """The signed distance to the body in each frame, as the frame sees it.
+        """Returns the signed distance to the body in the coordinates of each frame.
 
         Args:
             garment: Number of the garment.
-            batch: Frames of it, as they are or in a mirror.
+            batch: Frames of the garment, mirrored or not.
 
         Raises:
             BadModel: There is no neural distance to that body.

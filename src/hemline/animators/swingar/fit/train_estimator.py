@@ -1,4 +1,4 @@
-"""Training of the estimator in stages, resumed to the same bits after a kill."""
+"""The training of the estimator in stages. After a kill it continues to the same bits."""
 
 import math
 from collections.abc import Callable
@@ -13,55 +13,55 @@ from hemline.compiled import use_threads
 from hemline.errors import BadDataset
 from hemline.learning.fit.device import usable_device
 from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer
-from hemline.options import check_options, not_negative, positive, share
+from hemline.options import check_options, fraction, not_negative, positive
 
 from .estimator import Estimator
 from .losses import LossWeights
 from .objectives import SUPERVISED, CoarseObjective, CorrectiveObjective, Groups
-from .samples import Samples
+from .samples import TrainingSamples
 
 STAGES = ("coarse", "coarse-all-terms", "corrective")
-"""In this order; the second goes on from the first with all terms of the loss."""
+"""Stages in their order; the second one continues from the first with all terms of the loss."""
 
 
 @dataclass(frozen=True)
 class TrainingPlan:
-    """How long and how fast the estimator is trained."""
+    """Length and speed of the training."""
 
     coarse_epochs: int = not_negative(200)
-    """Epochs of the coarse predictor on the vertex term."""
+    """Epochs of the coarse predictor with the vertex term."""
     term_epochs: int = not_negative(50)
-    """Epochs of it on all terms."""
+    """Further epochs of the coarse predictor with all terms."""
     corrective_epochs: int = not_negative(100)
-    """Epochs of the corrective predictor, on all terms."""
+    """Epochs of the corrective predictor with all terms."""
     patience: int = not_negative(50)
-    """The first stage ends once the error fell by less than 2 % in so many epochs; 0: never before its end."""
+    """Number of epochs after which the first stage ends if its error fell by less than 2 %; 0 never ends it early."""
     frames: int = positive(8)
-    """Frames of one garment in a batch."""
+    """Number of frames of one garment in a batch."""
     garments: int = positive(2)
-    """Garments in a batch."""
+    """Number of garments in a batch."""
     epoch: int = positive(100)
-    """Groups of such frames in an epoch."""
+    """Number of such groups of frames in an epoch."""
     validation: int = positive(12)
-    """Frames of each held-out garment that are looked at after an epoch."""
+    """Number of frames of each held-out garment that are validated after an epoch."""
     mirrored: bool = True
-    """Whether half of the groups are shown with left and right exchanged."""
+    """Whether half of the groups are mirrored."""
     evenness: float = not_negative(0.5)
-    """Garments count by what skinning misses of them to minus this power."""
-    unknown: float = share(0.2)
-    """Share of the groups that are shown without how the garment lay at the beginning."""
+    """Exponent that balances garments: the loss of a garment is divided by its skinning error to this power."""
+    unknown: float = fraction(0.2)
+    """Fraction of the groups whose features hide how the garment lay at the beginning."""
     rate: float = positive(1e-3)
-    """First learning rate of Adam."""
+    """Initial learning rate of Adam."""
     warm_up: int = not_negative(200)
-    """Steps over which it rises."""
+    """Number of steps over which the learning rate rises."""
     clip: float = positive(1.0)
-    """Longest gradient."""
+    """Norm at which gradients are clipped."""
     checkpoint_seconds: float = not_negative(120.0)
     """Time between checkpoints [s]."""
     threads: int = positive(1)
-    """Threads of torch and of the layers' kernels."""
+    """Number of threads of torch and of the kernels of the layers."""
     device: str = "cpu"
-    """Where it is trained, as torch names it: `cpu`, or `cuda`."""
+    """Device to train on, as torch names it: `cpu` or `cuda`."""
 
     def __post_init__(self) -> None:
         check_options(self)
@@ -81,22 +81,22 @@ class TrainingPlan:
 
 @dataclass(frozen=True)
 class Trained:
-    """What came of a training."""
+    """The result of a training."""
 
     arrays: dict[str, np.ndarray]
     """Weights by name, float32; see `estimator_config.weight_shapes`."""
     curves: dict[str, list[float]] = field(default_factory=dict)
     """Validation error at the start of each stage and after each of its epochs [m]."""
     coarse_error: float = math.inf
-    """Mean distance of held-out vertices of the coarse mesh [m]."""
+    """Mean distance of held-out vertices without the corrective displacement [m]."""
     error: float = math.inf
-    """The same of what is played [m]."""
+    """Mean distance of held-out vertices as they are played [m]."""
     corrective_admitted: bool = False
-    """Whether the corrective predictor beat the coarse mesh on held-out samples; if not, its output is zero."""
+    """Whether the corrective predictor lowered the error on held-out samples. If it did not, its output is zero."""
 
 
 def train_estimator(
-    samples: Samples,
+    samples: TrainingSamples,
     config: EstimatorConfig,
     plan: TrainingPlan,
     *,
@@ -108,25 +108,24 @@ def train_estimator(
     weights: LossWeights | None = None,
     scales: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Trained:
-    """Train the coarse predictor, then the corrective one on what the first makes.
+    """Trains the coarse predictor, then the corrective one on the meshes of the first.
 
     Args:
         samples: The training set.
         config: Sizes of the estimator.
-        plan: How long and how fast.
-        seed: Seed of the weights and of all that is drawn.
-        mark: Hash of all that the training depends on; a checkpoint with another one is not used.
-        folder: Where checkpoints are kept, one file a stage; None: nowhere.
-        progress: Called with the stage, epochs done and in all; what it raises stops the training.
-        start: Weights to go on from (fine-tuning); None: drawn.
-        weights: Of the terms of the loss; None: the paper's.
-        scales: Mean and spread of the features of vertices (told,); None: 0 and 1. Those of `start` count where there
-            is one.
+        plan: Length and speed of the training.
+        seed: Seed of the weights and of everything that is drawn.
+        mark: Hash of everything that the training depends on; a checkpoint with another one is not used.
+        folder: Folder for checkpoints, one file for each stage; None keeps none.
+        progress: Called with the stage, the epochs done and the number of epochs; its exceptions stop the training.
+        start: Weights to continue from (fine-tuning); None draws them.
+        weights: Weights of the loss terms; None uses the paper's.
+        scales: Mean and spread of the features of vertices (features,); None uses 0 and 1. `start` overrides them.
 
     Raises:
-        BadDataset: There is nothing to train on, or nothing to choose the best weights by.
-        BadInput: There is no such device here.
-        BadModel: The loss is no longer finite, or a checkpoint cannot be read.
+        BadDataset: The training set or the validation set is empty.
+        BadInput: There is no such device.
+        BadModel: The loss is not finite, or a checkpoint cannot be read.
 
     Source: Li, Shi, Zhu, Kanai, "SwinGar", 2023, Section IV. Differs: in stages, on sparse frames that do not depend
         on each other; the corrective predictor is admitted only where it lowers the error on held-out samples.
@@ -163,9 +162,9 @@ def train_estimator(
     if plan.corrective_epochs:
         corrective = CorrectiveObjective(estimator, samples, plan.groups, weights)
         train(STAGES[2], corrective, plan.corrective_epochs)
-        with_it = float(np.mean(corrective.errors()))
-        admitted = with_it < coarse_error
-        error = min(with_it, coarse_error)
+        corrective_error = float(np.mean(corrective.errors()))
+        admitted = corrective_error < coarse_error
+        error = min(corrective_error, coarse_error)
     if not admitted:
         with torch.no_grad():
             estimator.corrective_scale.zero_()

@@ -1,4 +1,4 @@
-"""The estimator as it plays: one frame at a time, without torch."""
+"""The estimator at run time: one frame at a time, without torch."""
 
 from .estimator import EncodedGarment, RuntimeEstimator
 

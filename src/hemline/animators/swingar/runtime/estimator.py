@@ -1,4 +1,4 @@
-"""The estimator in NumPy and compiled code: equal to the one that is trained, within rounding."""
+"""The estimator in NumPy and compiled code, equal to the one that is trained within rounding."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,9 +27,10 @@ from .play_kernels import attend_condensed, fill_mesh_features, pass_gates, reca
 
 @dataclass(frozen=True, eq=False)
 class EncodedGarment:
-    """What the estimator knows of a garment: made once, used in every frame."""
+    """A garment as the estimator encodes it once for all frames."""
 
     graph: Graph
+    """Graph of the garment."""
     positions: Vertices
     """Vertices at rest [m]."""
     features: Float[np.ndarray, "joints verts motion"]
@@ -37,38 +38,41 @@ class EncodedGarment:
     shape: Float[np.ndarray, " joints"]
     """Shape features [1]."""
     logits: Float[np.ndarray, "verts joints"]
-    """Logits of skinning."""
+    """Logits of the skin weights."""
 
 
 @dataclass(frozen=True, eq=False)
 class RuntimeEstimator:
-    """The estimator without torch, one frame at a time; `estimator.Estimator` says what its parts are."""
+    """The estimator without torch, one frame at a time. `fit.estimator.Estimator` documents its parts."""
 
     config: EstimatorConfig
+    """Sizes of the estimator."""
     arrays: Mapping[str, np.ndarray]
-    """Weights by name, float32, C-contiguous, holding values that float16 can hold where a file gave them."""
+    """Weights by name, float32, C-contiguous. Those from a file have the precision of float16."""
 
     @classmethod
     def of(cls, config: EstimatorConfig, arrays: Mapping[str, np.ndarray], dtype: str = "float16") -> Self:
-        """Take the weights that a model file holds.
+        """Reads the weights of a model file.
 
         Args:
             config: The sizes.
-            arrays: Weights by name, those of `Estimator.state_dict()`; others are ignored.
-            dtype: Their type.
+            arrays: Weights by their names in `Estimator.state_dict()`; others are ignored.
+            dtype: Type of the weights.
 
         Raises:
             BadModel: An array is missing, of another type or shape, or not finite.
         """
-        found = {name: array_of(arrays, name, dtype, shape) for name, shape in weight_shapes(config).items()}
-        return cls(config, {name: np.array(each, np.float32, order="C") for name, each in found.items()})
+        weights = {name: array_of(arrays, name, dtype, shape) for name, shape in weight_shapes(config).items()}
+        return cls(config, {name: np.array(each, np.float32, order="C") for name, each in weights.items()})
 
     @cached_property
     def layers(self) -> dict[str, AttentionLayer]:
         """Attention layers by name."""
         names = {name.removesuffix(".vectors") for name in self.arrays if name.endswith(".vectors")}
         groups = {"mesh_gates": 4, "hidden_gates": 4}
-        return {name: AttentionLayer.of(self.arrays, name, self.config.scale, groups.get(name)) for name in sorted(names)}
+        return {
+            name: AttentionLayer.of(self.arrays, name, self.config.scale, groups.get(name)) for name in sorted(names)
+        }
 
     def garment(
         self,
@@ -77,13 +81,13 @@ class RuntimeEstimator:
         descriptor: Float[np.ndarray, " descriptor"],
         skin_logits: Float[np.ndarray, "verts joints"],
     ) -> EncodedGarment:
-        """Encode a garment at rest; see `Estimator.garment`.
+        """Encodes a garment at rest; see `Estimator.garment`.
 
         Args:
-            graph: Its graph.
+            graph: Graph of the garment.
             features: Normal, position [m] and distance to the body [m] of each vertex.
-            descriptor: Eigenvalues [1].
-            skin_logits: Where the dynamic weights start.
+            descriptor: Eigenvalues of the spectral descriptor [1].
+            skin_logits: Logits of the skin weights, to which those of the dynamic weights are added.
         """
         features = np.ascontiguousarray(features, np.float32)
         encoded = self.layers["graph_second"](graph, self.layers["graph_first"](graph, features[None]))
@@ -100,25 +104,25 @@ class RuntimeEstimator:
         garment: EncodedGarment,
         motion: Float[np.ndarray, "poses 75"],
         transforms: Float[np.ndarray, "joints 3 4"],
-        told: Float[np.ndarray, "verts told"] | None = None,
+        features: Float[np.ndarray, "verts features"] | None = None,
         turns: Float[np.ndarray, "verts 4"] | None = None,
     ) -> tuple[Vertices, Float[np.ndarray, "verts joints"], Vertices]:
-        """The coarse mesh of one frame; see `Estimator.coarse`.
+        """Predicts the coarse mesh of one frame; see `Estimator.coarse`.
 
         Args:
             garment: The garment.
             motion: The last poses.
             transforms: Skinning transforms of the joints.
-            told: Features of the vertices; None where the estimator has none.
-            turns: How skinning turns each vertex, wxyz; None where nothing is displaced.
+            features: Features of the vertices; None if the estimator has none.
+            turns: Rotation of each vertex by skinning, wxyz; None if the estimator displaces no vertices.
 
         Returns:
             Vertices [m], dynamic weights [1], blend shape at rest [m].
         """
         c, extra, first = self.config, None, None
         if c.told:
-            assert told is not None
-            extra = (told - self.arrays["told_mean"]) / self.arrays["told_spread"]
+            assert features is not None
+            extra = (features - self.arrays["told_mean"]) / self.arrays["told_spread"]
             first = np.ascontiguousarray(extra[:, : c.state_told]) if c.state_told else None
         moved = self._motion_feature(np.asarray(motion, np.float32))
         mean, scores = self._state(garment, moved, first)
@@ -127,8 +131,8 @@ class RuntimeEstimator:
         weights /= weights.sum(1, keepdims=True)
         blend = self.layers["blend_first"](garment.graph, mean[None], extra=extra)
         blend = self.layers["blend_second"](garment.graph, blend)
-        asked = self._linear("blend_motion", moved) if "blend_motion.weight" in self.arrays else moved
-        blend = (self.arrays["blend_scale"] * (blend @ asked)).T
+        weighting = self._linear("blend_motion", moved) if "blend_motion.weight" in self.arrays else moved
+        blend = (self.arrays["blend_scale"] * (blend @ weighting)).T
         vertices = _blend_skin(weights, np.asarray(transforms, np.float32), garment.positions + blend)
         if c.displacement:
             assert turns is not None
@@ -137,8 +141,9 @@ class RuntimeEstimator:
             vertices = out
         return vertices, weights, blend
 
-    def _displacements(self, state: np.ndarray, told: np.ndarray | None) -> np.ndarray:
-        hidden = self._linear("displace_first", state if told is None else np.concatenate([state, told], axis=1))
+    def _displacements(self, state: np.ndarray, features: np.ndarray | None) -> np.ndarray:
+        inputs = state if features is None else np.concatenate([state, features], axis=1)
+        hidden = self._linear("displace_first", inputs)
         hidden = self._linear("displace_second", np.maximum(hidden, 0))
         return np.ascontiguousarray(self._linear("displace", np.maximum(hidden, 0)), np.float32)
 
@@ -149,7 +154,7 @@ class RuntimeEstimator:
         joints: Float[np.ndarray, "meshes joints 3"],
         body: Float[np.ndarray, " body"],
     ) -> Vertices:
-        """The corrective displacement of one frame [m]; see `Estimator.corrective`.
+        """Predicts the corrective displacement of one frame [m]; see `Estimator.corrective`.
 
         Args:
             garment: The garment.
@@ -177,17 +182,19 @@ class RuntimeEstimator:
         return np.ascontiguousarray(self.arrays["motion.weight_hh_l0"].T)
 
     def _motion_feature(self, motion: np.ndarray) -> np.ndarray:
-        """The last hidden state of the motion's LSTM."""
+        """Returns the last hidden state of the LSTM over the poses."""
         biases = self.arrays["motion.bias_ih_l0"] + self.arrays["motion.bias_hh_l0"]
         given = motion @ self.arrays["motion.weight_ih_l0"].T + biases
         hidden = np.empty(self.config.motion, np.float32)
         recall(given, self._recurrent, hidden)
         return hidden
 
-    def _state(self, garment: EncodedGarment, moved: np.ndarray, told: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Mean of the heads of the state (verts, state), and what each adds to a logit (verts, joints)."""
+    def _state(
+        self, garment: EncodedGarment, moved: np.ndarray, features: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the mean of the heads of the state (verts, state), and their terms of the logits (verts, joints)."""
         layer, graph, count = self.layers["state"], garment.graph, garment.graph.vertex_count
-        extra = np.zeros((count, 0), np.float32) if told is None else told
+        extra = np.zeros((count, 0), np.float32) if features is None else features
         means = np.empty((min(threads(), JOINTS), count, self.config.state), np.float32)
         scores = np.empty((count, JOINTS), np.float32)
         alpha = 0.0 if layer.alpha is None else layer.alpha

@@ -13,17 +13,22 @@ from hemline.arrays import Float
 
 @dataclass(frozen=True, eq=False)
 class AttentionLayer:
-    """The weights of a layer, see `layers.GatLn`."""
+    """A graph attention layer, see `fit.layers.GatLn`."""
 
     weights: Float[np.ndarray, "heads ins outs"]
+    """Weights of the features."""
     extra_weights: Float[np.ndarray, "heads extra outs"]
+    """Weights of the further features."""
     vectors: Float[np.ndarray, "heads 2 outs"]
+    """Vectors of the scores."""
     groups: int
+    """Number of results; the heads of one are averaged."""
     alpha: float | None
+    """Scale of the scores; None if scores are not normalised."""
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], name: str, alpha: float | None, groups: int | None = None) -> Self:
-        """The layer of that name among all arrays."""
+        """Takes the layer of a name from all arrays."""
         weights, extra, vectors = (arrays[f"{name}.{each}"] for each in ("weights", "extra_weights", "vectors"))
         return cls(weights, extra, vectors, groups or len(weights), alpha)
 
@@ -34,13 +39,13 @@ class AttentionLayer:
         scale: Float[np.ndarray, " ins"] | None = None,
         extra: Float[np.ndarray, "verts extra"] | None = None,
     ) -> Float[np.ndarray, "groups verts outs"]:
-        """Features of all vertices, one step of attention later [1].
+        """Applies the layer to the features of all vertices [1].
 
         Args:
-            graph: Who looks at whom.
-            x: Features; one set for all heads, or one a head.
-            scale: Factors of features; None: 1.
-            extra: Further features; None: none.
+            graph: Graph of the garment.
+            x: Features; one set for all heads, or one for each head.
+            scale: Factors of the features; None for 1.
+            extra: Further features; None for none.
         """
         scale = np.zeros(0, np.float32) if scale is None else scale
         count, width = x.shape[1], self.weights.shape[2]

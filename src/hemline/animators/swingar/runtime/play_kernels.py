@@ -1,10 +1,10 @@
-"""Compiled: the two parts of a played frame that would otherwise write and read what nobody asks for."""
+"""Compiled parts of a frame that avoid large intermediate arrays."""
 
 import numpy as np
 
 from hemline.animators.swingar.curve_kernels import tangent
 from hemline.animators.swingar.layer_kernels import (
-    FAST,
+    FAST_MATH,
     F,
     add_gathered,
     attend_slab,
@@ -15,15 +15,15 @@ from hemline.animators.swingar.layer_kernels import (
 from hemline.compiled import kernel, prange
 
 
-@kernel(parallel=True, fastmath=FAST)
+@kernel(parallel=True, fastmath=FAST_MATH)
 def attend_condensed(
     start, ring, x, scale, weights, extra, extra_weights, vectors, alpha, normalised, vector, means_out, scores_out
 ):
-    """The state encoder and what is made of all its heads, see `attend` and `condense`; the state itself is not kept.
+    """Applies the state encoder and condenses its heads, see `attend` and `condense`; the state itself is not stored.
 
     # in:  x (heads,verts,F); scale (F,); weights (heads,F,D); extra (verts,L), extra_weights (heads,L,D);
     #      vectors (heads,2,D); vector (D,)
-    # out: means_out (chunks,verts,D): their sum is the mean of heads; scores_out (verts,heads)
+    # out: means_out (chunks,verts,D), whose sum is the mean of heads; scores_out (verts,heads)
     """
     heads, chunks = weights.shape[0], means_out.shape[0]
     count, width = means_out.shape[1:]
@@ -50,10 +50,10 @@ def attend_condensed(
                 scores_out[i, head] = total
 
 
-@kernel(fastmath=FAST)
+@kernel(fastmath=FAST_MATH)
 def recall(given, recurrent, hidden_out):
-    """The last hidden state of a long short-term memory that begins at zero."""
-    # in:  given (poses,4 H): what the inputs add to the gates input, forget, cell, output; recurrent (H,4 H)
+    """Computes the last hidden state of an LSTM that begins at zero."""
+    # in:  given (poses,4 H): terms of the inputs in the gates input, forget, cell, output; recurrent (H,4 H)
     # out: hidden_out (H,)
     width = recurrent.shape[0]
     cell, gates = np.zeros(width, np.float32), np.empty(4 * width, np.float32)
@@ -63,20 +63,20 @@ def recall(given, recurrent, hidden_out):
         for j in range(4 * width):
             gates[j] = given[pose, j]
         for k in range(width):
-            share = hidden_out[k]
+            value = hidden_out[k]
             for j in range(4 * width):
-                gates[j] += share * recurrent[k, j]
+                gates[j] += value * recurrent[k, j]
         for k in range(width):
-            taken = half + half * tangent(half * gates[k])
+            opened = half + half * tangent(half * gates[k])
             kept = half + half * tangent(half * gates[width + k])
             shown = half + half * tangent(half * gates[3 * width + k])
-            cell[k] = kept * cell[k] + taken * tangent(gates[2 * width + k])
+            cell[k] = kept * cell[k] + opened * tangent(gates[2 * width + k])
             hidden_out[k] = shown * tangent(cell[k])
 
 
-@kernel(parallel=True, fastmath=FAST)
+@kernel(parallel=True, fastmath=FAST_MATH)
 def fill_mesh_features(mesh, joints, features_out):
-    """Position of each vertex, and its distance to each joint."""
+    """Writes the position of each vertex and its distance to each joint."""
     # in: mesh (verts,3), joints (joints,3) [m]; out: features_out (verts,3+joints)
     for i in prange(mesh.shape[0]):
         for c in range(3):
@@ -88,17 +88,17 @@ def fill_mesh_features(mesh, joints, features_out):
             features_out[i, 3 + j] = np.sqrt(square)
 
 
-@kernel(parallel=True, fastmath=FAST)
+@kernel(parallel=True, fastmath=FAST_MATH)
 def pass_gates(gates, peepholes, cell, hidden_out):
-    """One step of the long short-term memory over a graph (Eq. 6)."""
+    """Advances the LSTM over a graph by one step (Eq. 6)."""
     # in:  gates (4,verts,D): input, forget, output, new; peepholes (3,D)
     # in and out: cell (verts,D); out: hidden_out (verts,D)
     half = F(0.5)
     for i in prange(cell.shape[0]):
         for d in range(cell.shape[1]):
             before = cell[i, d]
-            taken = half + half * tangent(half * (gates[0, i, d] + peepholes[0, d] * before))
+            opened = half + half * tangent(half * (gates[0, i, d] + peepholes[0, d] * before))
             kept = half + half * tangent(half * (gates[1, i, d] + peepholes[1, d] * before))
             shown = half + half * tangent(half * (gates[2, i, d] + peepholes[2, d] * before))
-            cell[i, d] = taken * tangent(gates[3, i, d] + kept * before)
+            cell[i, d] = opened * tangent(gates[3, i, d] + kept * before)
             hidden_out[i, d] = shown * tangent(cell[i, d])

@@ -1,4 +1,4 @@
-"""Points around random bodies in poses of clips, with their exact distances: what a neural distance is trained on."""
+"""Samples points around random posed bodies with exact distances, the training data of the neural distance."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,44 +19,44 @@ from hemline.motions.subjects import subject_of
 
 POINTS = 1500
 """Points around each posed body."""
-NEAR, APART, DEEP = 0.45, 0.25, 0.15
-"""Shares of points within millimetres of the skin, where garments are, and inside; the rest is even in a box."""
-CLOSE = 0.008
-"""Standard deviation of the distance of the first of these [m]."""
-GARMENT = -0.03, 0.15
-"""Range of the distance of the second along the normal [m]; they are also moved about by a centimetre."""
-DEEPEST = -0.08
-"""Lowest offset of the third along the normal [m]."""
-MARGIN = 0.2
-"""Of the box, beyond the body [m]."""
-BETAS = 2.5
-"""Largest coefficient of the random bodies; they are drawn with a standard deviation of 1.2."""
+SKIN_FRACTION, GARMENT_FRACTION, INSIDE_FRACTION = 0.45, 0.25, 0.15
+"""Fractions of points close to the skin, where garments are, and inside; the rest is uniform in a box."""
+SKIN_DEVIATION = 0.008
+"""Standard deviation of the distance of the points close to the skin [m]."""
+GARMENT_RANGE = -0.03, 0.15
+"""Range of the offset of garment points along the normal [m], before they are jittered by a centimetre."""
+MIN_OFFSET = -0.08
+"""Lowest offset of inside points along the normal [m]."""
+BOX_MARGIN = 0.2
+"""Distance of the box from the body [m]."""
+MAX_BETA = 2.5
+"""Largest shape coefficient of the random bodies, whose standard deviation is 1.2."""
 SHARD = 100
-"""Bodies in a file."""
+"""Number of bodies per file."""
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class DistanceSamples:
     """Posed bodies and points around each of them, in the frame of its pelvis."""
 
     betas: Float[np.ndarray, "bodies betas"]
-    """Shapes, float32."""
+    """Shape coefficients, float32."""
     rotations: Float[np.ndarray, "bodies joints 4"]
-    """Poses, float32."""
+    """Local joint rotations, float32."""
     points: Float[np.ndarray, "bodies points 3"]
-    """Where, in the frame of `pelvis_frame` [m], float32."""
+    """Positions in the frame of the pelvis [m], float32."""
     distances: Float[np.ndarray, "bodies points"]
     """Exact signed distances [m], float32."""
     gradients: Float[np.ndarray, "bodies points 3"]
-    """Their gradients in the same frame, float16."""
+    """Gradients of the distances in the same frame, float16."""
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All arrays by name."""
+        """Returns all arrays by name."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
 
 def clips_by_side(folder: Path) -> dict[str, list[Motion]]:
-    """The clips of a folder for training, validation and test; a subject is on one side only.
+    """Splits the clips of a folder into training, validation and test, each subject in one of them only.
 
     Raises:
         BadDataset: There are fewer than three clips.
@@ -70,45 +70,47 @@ def clips_by_side(folder: Path) -> dict[str, list[Motion]]:
     return split_by(clips, subjects, [len(clip) for clip in clips], FRACTIONS)
 
 
-def produce(folder: Path, body: Body, clips: Callable[[], Sequence[Motion]], count: int, seed: int) -> list[Samples]:
-    """Samples of `count` random bodies in random frames of clips, in files of a hundred; what is there is read.
+def produce_samples(
+    folder: Path, body: Body, clips: Callable[[], Sequence[Motion]], count: int, seed: int
+) -> list[DistanceSamples]:
+    """Returns samples of random bodies in random frames of clips, and stores them in files of a hundred bodies.
 
     Args:
-        folder: Where the files are kept.
+        folder: Folder of the files; existing files are read.
         body: The body.
-        clips: Gives the clips to take poses from, each as often as the other; asked where something is missing.
-        count: Bodies; rounded up to whole files.
-        seed: Of everything that is drawn.
+        clips: Returns the clips to take poses from, all equally often; called only if a file is missing.
+        count: Number of bodies, rounded up to whole files.
+        seed: Seed of bodies, poses and points.
 
     Raises:
-        BadDataset: A file there is damaged, or of another body.
+        BadDataset: A file is damaged, or of another body.
     """
     shards = []
     for number in range(-(-count // SHARD)):
         path = folder / f"{number:03d}.safetensors"
         if not path.exists():
-            shard = made(body, clips(), SHARD, np.random.default_rng((seed, number)))
+            shard = sample_bodies(body, clips(), SHARD, np.random.default_rng((seed, number)))
             write_tensors(path, shard.arrays(), {"kind": "distances", "body_hash": body.hash})
         arrays, metadata = read_tensors(path, "distances", error=BadDataset)
         if metadata["body_hash"] != body.hash:
             raise BadDataset(f"{path} was made for another body", metadata["body_hash"], "name another folder")
-        shards.append(Samples(**arrays))
+        shards.append(DistanceSamples(**arrays))
     return shards
 
 
-def made(
-    body: Body, clips: Sequence[Motion], count: int, random: np.random.Generator, *, largest: float = BETAS
-) -> Samples:
-    """Samples of `count` bodies, drawn anew; betas are drawn in proportion to `largest`."""
+def sample_bodies(
+    body: Body, clips: Sequence[Motion], count: int, random: np.random.Generator, *, largest: float = MAX_BETA
+) -> DistanceSamples:
+    """Samples points around `count` random bodies, with betas in proportion to `largest`."""
     betas = np.clip(random.normal(0, 0.48 * largest, (count, len(body.shapedirs))), -largest, largest)
     betas, rotations, rows = betas.astype(np.float32), [], []
-    for each in betas:
+    for coefficients in betas:
         clip = clips[int(random.integers(len(clips)))]
         rotations.append(clip.rotations[random.integers(len(clip))])
-        shaped = body.shaped(each)
-        rows.append(around(shaped.posed(in_pelvis_frame(shaped, rotations[-1])), random))
+        shaped = body.shaped(coefficients)
+        rows.append(sample_points(shaped.posed(in_pelvis_frame(shaped, rotations[-1])), random))
     points, distances, gradients = (np.stack(column) for column in zip(*rows, strict=True))
-    return Samples(
+    return DistanceSamples(
         betas,
         np.stack(rotations),
         points.astype(np.float32),
@@ -118,27 +120,31 @@ def made(
 
 
 def in_pelvis_frame(shaped: ShapedBody, rotations: Quaternions) -> Pose:
-    """The pose whose pelvis is where it is at rest: the frame of the pelvis is then the world."""
+    """Returns the pose with the pelvis at its place at rest, so that the frame of the pelvis is the world."""
     still = np.array(rotations, np.float32)
     still[0] = inverse(shaped.body.rest_offsets[0])
     return Pose(still, shaped.joints[0])
 
 
-def around(
+def sample_points(
     posed: PosedBody, random: np.random.Generator
 ) -> tuple[Points, Float[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
-    """Points around one body, their exact distances [m] and gradients."""
+    """Samples points around one body; returns them with exact distances [m] and gradients."""
     vertices, faces = posed.vertices.astype(np.float64), posed.faces
-    near, apart, deep = (round(share * POINTS) for share in (NEAR, APART, DEEP))
+    near, apart, deep = (round(fraction * POINTS) for fraction in (SKIN_FRACTION, GARMENT_FRACTION, INSIDE_FRACTION))
     areas = face_areas(vertices, faces)
     face = random.choice(len(faces), near + apart + deep, p=areas / areas.sum())
     weights = random.dirichlet(np.ones(3), len(face))
     skin = np.einsum("pc,pcx->px", weights, vertices[faces[face]])
     offsets = np.concatenate(
-        [random.normal(0, CLOSE, near), random.uniform(*GARMENT, apart), random.uniform(DEEPEST, 0, deep)]
+        [
+            random.normal(0, SKIN_DEVIATION, near),
+            random.uniform(*GARMENT_RANGE, apart),
+            random.uniform(MIN_OFFSET, 0, deep),
+        ]
     )
     skin += offsets[:, None] * face_normals(vertices, faces)[face]
     skin[near : near + apart] += random.normal(0, 0.01, (apart, 3))
-    low, high = vertices.min(axis=0) - MARGIN, vertices.max(axis=0) + MARGIN
+    low, high = vertices.min(axis=0) - BOX_MARGIN, vertices.max(axis=0) + BOX_MARGIN
     points = np.concatenate([skin, random.uniform(low, high, (POINTS - len(skin), 3))])
     return points, *ExactDistance.of(posed).with_gradients(points)

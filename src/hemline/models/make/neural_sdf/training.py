@@ -1,4 +1,4 @@
-"""The training of a neural distance: what `Trainer` asks of it, over posed bodies and points around them."""
+"""Trains a neural distance on points around posed bodies, as an objective of `Trainer`."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -13,104 +13,106 @@ from hemline.collide.neural_sdf.neural_sdf import NeuralSdf
 from hemline.files import content_hash
 from hemline.options import check_options, positive
 
-from .samples import Samples, in_pelvis_frame
+from .samples import DistanceSamples, in_pelvis_frame
 
 
 @dataclass(frozen=True)
 class SdfConfig:
-    """Options of the training."""
+    """Options of the training of a neural distance."""
 
     inputs: Inputs = "bones"
-    """What is read of a point: `bones`, or `point` as in the paper."""
+    """Inputs of a point: its coordinates in the frames of bones, or `point` as in the paper."""
     width: int = positive(128)
-    """Neurons in a hidden layer; 512 in the paper."""
+    """Number of neurons of a hidden layer; the paper uses 512."""
     updates: int = positive(10_000)
-    """Steps of the optimiser, rounded to whole passes over the bodies."""
+    """Number of optimiser steps, rounded to whole passes over the bodies."""
     bodies: int = positive(24)
-    """Posed bodies a step."""
+    """Number of posed bodies per step."""
     points: int = positive(96)
-    """Points a body and step."""
+    """Number of points per body and step."""
     rate: float = positive(2e-3)
-    """First learning rate."""
+    """Initial learning rate."""
     value_weight: float = positive(30.0)
-    """Weight of the distance in the loss [1/m]; 1 in the paper."""
+    """Loss weight of the distance [1/m]; the paper uses 1."""
     eikonal_weight: float = positive(0.15)
-    """Weight of the eikonal term."""
+    """Loss weight of the eikonal term."""
     seed: int = 0
-    """Seed of all that is drawn."""
+    """Seed of weights, bodies and points."""
 
     def __post_init__(self) -> None:
         check_options(self)
 
 
 class SdfObjective:
-    """Points around posed bodies: an `Objective`."""
+    """Objective of `Trainer` over points around posed bodies."""
 
     name = "neural distance"
 
-    def __init__(self, body: Body, train: Sequence[Samples], held_out: Sequence[Samples], config: SdfConfig):
-        """Draw the network.
+    def __init__(
+        self, body: Body, train: Sequence[DistanceSamples], held_out: Sequence[DistanceSamples], config: SdfConfig
+    ):
+        """Initialises the network.
 
         Args:
             body: The body.
-            train: What is learned from.
-            held_out: What says which epoch is best.
+            train: Training samples.
+            held_out: Samples that select the best epoch.
             config: Options.
         """
         from hemline.learning.fit.distance_network import DistanceNetwork
 
         self.config = config
-        self.train, self.held_out = Around(body, train, config.inputs), Around(body, held_out, config.inputs)
+        self.train, self.held_out = BodySamples(body, train, config.inputs), BodySamples(body, held_out, config.inputs)
         read = self.train.conditions.shape[1]
-        self.network = DistanceNetwork.drawn(config.inputs, width=config.width, condition=read, seed=config.seed)
+        self.network = DistanceNetwork.initialize(config.inputs, width=config.width, condition=read, seed=config.seed)
 
     @property
     def parameters(self):
-        """Weights and biases."""
+        """Weights and biases of the network."""
         return self.network.parameters
 
     @property
     def samples(self) -> np.ndarray:
-        """Numbers of the posed bodies."""
+        """Indices of the posed bodies."""
         return np.arange(len(self.train.inputs))
 
     def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice):
-        """Eqs. 8 and 9 at random points around the chosen bodies."""
+        """Returns the loss of Eqs. 8 and 9 at random points around the chosen bodies."""
         import torch
 
         from hemline.learning.fit.distance_network import distance_loss
 
-        drawn = self.train.drawn(chosen, self.config.points, random, mine, jacobians=True)
-        features, jacobians, conditions, truth, normals = (torch.from_numpy(each) for each in drawn)
+        batch = self.train.draw_batch(chosen, self.config.points, random, mine, jacobians=True)
+        features, jacobians, conditions, truth, normals = (torch.from_numpy(array) for array in batch)
         codes = self.network.code(conditions).repeat_interleave(self.config.points, 0)
         weights = {"value_weight": self.config.value_weight, "eikonal_weight": self.config.eikonal_weight}
         return distance_loss(*self.network.with_gradients(features, jacobians, codes), truth, normals, **weights)
 
     def validation_loss(self, random: np.random.Generator):
-        """Mean error of the distance at points around held-out bodies [m]."""
+        """Returns the mean distance error at points around held-out bodies [m]."""
         import torch
 
         every = np.arange(len(self.held_out.inputs))
-        drawn = self.held_out.drawn(every, VALIDATION_POINTS, random, slice(None), jacobians=False)
-        features, _, conditions, truth, _ = (torch.from_numpy(each) for each in drawn)
+        batch = self.held_out.draw_batch(every, VALIDATION_POINTS, random, slice(None), jacobians=False)
+        features, _, conditions, truth, _ = (torch.from_numpy(array) for array in batch)
         codes = self.network.code(conditions).repeat_interleave(VALIDATION_POINTS, 0)
         return (self.network.distances(features, codes) - truth).abs().mean()
 
 
 VALIDATION_POINTS = 100
-"""Points a held-out body at which an epoch is judged."""
+"""Number of points per held-out body for the validation loss."""
 
 
-class Around:
-    """Samples with what the network reads of each body, in the frame of its pelvis."""
+class BodySamples:
+    """Samples with the network's inputs for each body, in the frame of its pelvis."""
 
-    def __init__(self, body: Body, samples: Sequence[Samples], inputs: Inputs):
+    def __init__(self, body: Body, samples: Sequence[DistanceSamples], inputs: Inputs):
         self.inputs: list[PointInputs] = []
         conditions = []
         for shard in samples:
             for betas, rotations in zip(shard.betas, shard.rotations, strict=True):
                 shaped = body.shaped(betas)
-                transforms = shaped.transforms_of(*_one(in_pelvis_frame(shaped, rotations)))[0][0]
+                transforms = shaped.transforms_of(*_single_frame(in_pelvis_frame(shaped, rotations)))[0][0]
                 self.inputs.append(PointInputs(inputs, invert_transforms(transforms), BoneCapsules.of(shaped)))
                 conditions.append(condition(betas, rotations))
         self.conditions = np.stack(conditions)
@@ -118,43 +120,43 @@ class Around:
         self.distances = np.concatenate([shard.distances for shard in samples])
         self.gradients = np.concatenate([shard.gradients for shard in samples])
 
-    def drawn(
+    def draw_batch(
         self, bodies: np.ndarray, count: int, random: np.random.Generator, mine: slice, *, jacobians: bool
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Features and their derivatives at some points of `bodies[mine]`, conditions, distances, gradients.
+        """Returns features, their derivatives, conditions, distances and gradients at random points of `bodies[mine]`.
 
-        Points are drawn for all of `bodies`.
+        Random points are drawn for all of `bodies`, so that a process draws the same ones for its part.
         """
         points_of_all = random.integers(self.points.shape[1], size=(len(bodies), count))
         bodies = bodies[mine]
-        at = bodies[:, None], points_of_all[mine]
-        each = [
+        rows = bodies[:, None], points_of_all[mine]
+        parts = [
             self.inputs[body].features(points, jacobians=jacobians)
-            for body, points in zip(bodies, self.points[at], strict=True)
+            for body, points in zip(bodies, self.points[rows], strict=True)
         ]
-        features, derivatives = (np.concatenate(column) for column in zip(*each, strict=True))
-        truth, normals = self.distances[at].reshape(-1), self.gradients[at].reshape(-1, 3).astype(np.float32)
+        features, derivatives = (np.concatenate(column) for column in zip(*parts, strict=True))
+        truth, normals = self.distances[rows].reshape(-1), self.gradients[rows].reshape(-1, 3).astype(np.float32)
         return features, derivatives, self.conditions[bodies], truth, normals
 
 
-def trained(
+def train_sdf(
     body: Body,
-    train: Sequence[Samples],
-    held_out: Sequence[Samples],
+    train: Sequence[DistanceSamples],
+    held_out: Sequence[DistanceSamples],
     config: SdfConfig,
     *,
     checkpoint: Path | None = None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> NeuralSdf:
-    """Train a neural distance; a killed training goes on from its checkpoint.
+    """Trains a neural distance; a killed training continues from its checkpoint.
 
     Args:
         body: The body.
-        train: What is learned from.
-        held_out: What says which epoch is best, of other subjects.
+        train: Training samples.
+        held_out: Samples of other subjects, which select the best epoch.
         config: Options.
-        checkpoint: Where the training is kept; None: nowhere.
-        progress: Called with the epochs done and in all.
+        checkpoint: Checkpoint file; None for no checkpoints.
+        progress: Called with the epochs done and the total number of epochs.
 
     Raises:
         BadModel: The training diverged, or the checkpoint cannot be read.
@@ -174,8 +176,8 @@ def trained(
         "updates": epochs * -(-len(objective.samples) // config.bodies),
         "held_out_mm": 1000 * trainer.best_loss,
     }
-    return objective.network.rounded((body.name, body.hash), (-largest, largest), figures)
+    return objective.network.to_neural_sdf((body.name, body.hash), (-largest, largest), figures)
 
 
-def _one(pose) -> tuple[np.ndarray, np.ndarray]:
+def _single_frame(pose) -> tuple[np.ndarray, np.ndarray]:
     return pose.rotations[None], pose.translation[None]

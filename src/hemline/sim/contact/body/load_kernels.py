@@ -1,4 +1,4 @@
-"""What contact and friction cost: energy over depth and over slip, and its derivatives, of one vertex or one pair."""
+"""Energy of contact and friction over depth and over slip, with derivatives, for one vertex or one pair."""
 
 from typing import NamedTuple
 
@@ -14,11 +14,11 @@ class SkinContact(NamedTuple):
     """Contact and friction of each vertex with a plane of the body.
 
     Attributes:
-        normal, point, carried, stiffness: Of the plane under each vertex, as `Planes` has them; flat, as tuples within
-            tuples take kernels microseconds to unpack.
-        limit: Friction that each can bear, by its load at the step's start [N].
+        normal, point, carried, stiffness: The plane under each vertex, see `Planes`. They are separate fields because
+            tuples within tuples cost kernels microseconds to unpack.
+        limit: Friction that each vertex can bear, from its load at the start of the step [N].
         thickness: Distance that cloth keeps from the body [m].
-        depth: Penetration from which the load stays constant [m].
+        depth: Penetration from which on the load is constant [m].
         creep: Slip below which friction is smoothed [m].
     """
 
@@ -33,17 +33,17 @@ class SkinContact(NamedTuple):
 
     @property
     def planes(self) -> Planes:
-        """Of the body."""
+        """Planes of the body under the vertices."""
         return Planes(self.normal, self.point, self.carried, self.stiffness)
 
     def on(self, planes: Planes) -> "SkinContact":
-        """The same on other planes."""
+        """Returns this contact on other planes."""
         return SkinContact(*planes, self.limit, self.thickness, self.depth, self.creep)
 
 
 @kernel(inline="always")
 def contact_terms(gap, stiffness, depth):
-    """Energy, load (force along the normal) and stiffness of a contact at a gap."""
+    """Returns energy, load (force along the normal) and stiffness of a contact at a gap."""
     if gap >= 0.0 or stiffness == 0.0:
         return 0.0, 0.0, 0.0
     if gap > -depth:
@@ -54,7 +54,7 @@ def contact_terms(gap, stiffness, depth):
 
 @kernel(inline="always")
 def slip_terms(slip, creep):
-    """Value of Coulomb's smoothed potential at a slip and its derivative over the slip (Li et al. 2020, Eq. 14)."""
+    """Returns Coulomb's smoothed potential at a slip, and its derivative over the slip (Li et al. 2020, Eq. 14)."""
     if slip < creep:
         ratio = slip / creep
         return creep * (ratio * ratio * (1.0 - ratio / 3.0) + 1.0 / 3.0), (2.0 - ratio) / creep
@@ -63,7 +63,7 @@ def slip_terms(slip, creep):
 
 @kernel(inline="always")
 def press_terms(depth, stiffness, thickness):
-    """Energy, load and stiffness of a pair that is nearer than its thickness by a depth."""
+    """Returns energy, load and stiffness of a pair that is closer than its thickness by a depth."""
     if depth <= 0.0:
         return 0.0, 0.0, 0.0
     if depth < thickness:

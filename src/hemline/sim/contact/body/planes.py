@@ -1,4 +1,4 @@
-"""Where on the body each vertex of the cloth is nearest to it, and the planes that hold it off there."""
+"""Closest points of cloth vertices on the skin, and the contact planes at these points."""
 
 from typing import NamedTuple
 
@@ -7,12 +7,12 @@ from jaxtyping import Float, Int
 
 
 class SkinPoints(NamedTuple):
-    """Where on the surface each cloth vertex is nearest to.
+    """The closest point on the skin for each cloth vertex.
 
     Attributes:
         nearest: Nearest body vertex within reach, -1 for none.
         face: Closest body face, -1 for none.
-        weights: Barycentric weights of its corners 1 and 2.
+        weights: Barycentric weights of the corners 1 and 2 of that face.
     """
 
     nearest: Int[np.ndarray, " verts"]
@@ -24,10 +24,10 @@ class Planes(NamedTuple):
     """Tangent planes of the body under the cloth at the end of a step.
 
     Attributes:
-        normal: Unit normals; 0 where there is no contact.
+        normal: Unit normals; 0 without contact.
         point: Points on the body [m].
-        carried: Where the body would carry each vertex during the step [m].
-        stiffness: Contact stiffness [N/m]; 0 where there is no contact.
+        carried: Positions to which the body would carry the vertices during the step [m].
+        stiffness: Contact stiffness [N/m]; 0 without contact.
     """
 
     normal: Float[np.ndarray, "verts 3"]
@@ -36,12 +36,12 @@ class Planes(NamedTuple):
     stiffness: Float[np.ndarray, " verts"]
 
     def gap(self, positions: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, " verts"]:
-        """Signed distance from the planes [m], infinite where there is none."""
+        """Returns the signed distance from the planes [m], infinite without contact."""
         distance = np.einsum("vi,vi->v", self.normal, positions - self.point)
         return np.where(self.stiffness > 0, distance, np.inf)
 
 
 def no_planes(count: int) -> Planes:
-    """No contact at all."""
+    """Returns planes for vertices without any contact."""
     nothing = np.zeros((count, 3))
     return Planes(nothing, nothing, nothing, np.zeros(count))

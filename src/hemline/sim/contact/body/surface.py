@@ -1,4 +1,4 @@
-"""The body as contact sees it: a triangle mesh that moves within a step."""
+"""The body's surface for contact: a triangle mesh that moves within a step."""
 
 from dataclasses import dataclass, field
 
@@ -8,13 +8,13 @@ from jaxtyping import Bool, Float, Int
 from hemline.arrays import Faces, Normals, Vertices
 from hemline.sim.cloth.rows import Rows, incidence
 
-from .planes import SkinPoints, Planes
+from .planes import Planes, SkinPoints
 from .touch_kernels import SearchGrid, SkinMesh, closest_faces, contact_planes, fill_grid
 
 
 @dataclass(frozen=True, eq=False)
 class MovingSkin:
-    """The body's surface at one moment, float32."""
+    """Vertices and normals of the moving skin at one moment, float32."""
 
     vertices: Vertices
     normals: Normals
@@ -22,14 +22,14 @@ class MovingSkin:
     grids: dict[float, SearchGrid] = field(default_factory=dict, repr=False)
 
     def grid(self, cell: float) -> SearchGrid:
-        """The vertices sorted into cells of that size [m]; kept."""
+        """Returns a search grid with cells of the given size [m]; grids are cached."""
         if cell not in self.grids:
             self.grids[cell] = make_grid(self.vertices, cell)
         return self.grids[cell]
 
 
 def make_grid(points: Vertices, cell: float) -> SearchGrid:
-    """Sort points into cells of that size [m]."""
+    """Sorts points into a search grid with cells of the given size [m]."""
     low, high = (np.array([of(points[:, axis]) for axis in range(3)], np.float64) for of in (np.min, np.max))
     size = ((high - low) / cell).astype(np.int64) + 1
     starts, order = np.empty(int(size.prod()) + 2, np.int32), np.empty(len(points), np.int32)
@@ -38,12 +38,12 @@ def make_grid(points: Vertices, cell: float) -> SearchGrid:
 
 
 class BodySurface:
-    """Topology of the body's mesh, and the searches on it.
+    """Topology of the body's mesh, and searches on it.
 
     Args:
         faces: Triangles of the body.
-        reach: How far from the body's vertices contact is looked for [m].
-        limb: Limb of each triangle; None: there is but one.
+        reach: Distance from the body's vertices within which contact is searched for [m].
+        limb: Limb of each triangle; None for a body with a single limb.
     """
 
     def __init__(self, faces: Faces, *, reach: float, limb: Int[np.ndarray, " faces"] | None = None):
@@ -53,7 +53,7 @@ class BodySurface:
         self.star: Rows = incidence(self.faces.ravel(), np.arange(self.faces.size) // 3, int(faces.max()) + 1)
 
     def mesh(self, skin: MovingSkin) -> SkinMesh:
-        """The surface at one moment, as kernels take it."""
+        """Returns the mesh at one moment, as kernels take it."""
         return SkinMesh(skin.vertices, skin.normals, self.faces, *self.star)
 
     def closest(
@@ -64,28 +64,28 @@ class BodySurface:
         known: SkinPoints | None = None,
         *,
         reach: float | None = None,
-        asked: Bool[np.ndarray, " verts"] | None = None,
+        selected: Bool[np.ndarray, " verts"] | None = None,
     ) -> SkinPoints:
-        """The closest point on the surface for every cloth vertex that is not fixed, or only for some.
+        """Returns the closest point on the skin for every cloth vertex that is not fixed, or for selected ones.
 
         Args:
             positions: The cloth [m].
-            skin: The surface.
-            fixed: Vertices that need none.
-            known: Earlier ones; they speed the search and do not change its result.
-            reach: How far to look [m]; None: as far as usual.
-            asked: Vertices that are looked for; the others keep their earlier ones. None: all that are not fixed.
+            skin: The skin at that moment.
+            fixed: Vertices that need no closest point.
+            known: Earlier closest points; they speed the search and do not change its result.
+            reach: Search distance [m]; None for that of the surface.
+            selected: Vertices to search for; the others keep their earlier points. None for all that are not fixed.
         """
         count = len(positions)
         grid = skin.grid(self.reach)
         nearest = np.full(count, -1, np.int32) if known is None else known.nearest.copy()
-        if known is None or asked is None:
-            face, weights, asked = np.full(count, -1, np.int32), np.zeros((count, 2)), ~fixed
+        if known is None or selected is None:
+            face, weights, selected = np.full(count, -1, np.int32), np.zeros((count, 2)), ~fixed
         else:
             face, weights = known.face.copy(), known.weights.copy()
-        found = SkinPoints(nearest, face, weights)
-        closest_faces(positions, tuple(self.mesh(skin)), tuple(grid), reach or self.reach, asked, tuple(found))
-        return found
+        closest = SkinPoints(nearest, face, weights)
+        closest_faces(positions, tuple(self.mesh(skin)), tuple(grid), reach or self.reach, selected, tuple(closest))
+        return closest
 
     def planes(
         self,
@@ -95,14 +95,14 @@ class BodySurface:
         now: MovingSkin,
         stiffness: Float[np.ndarray, " verts"],
     ) -> Planes:
-        """Contact planes at the end of a step, from places found at its start or at its end.
+        """Returns contact planes at the end of a step, for places at its start or at its end.
 
         Args:
-            closest: Closest points.
-            start: The cloth at the step's start [m].
-            then: The surface at the step's start.
-            now: The surface at its end.
-            stiffness: Of each vertex in contact [N/m].
+            closest: The places.
+            start: The cloth at the start of the step [m].
+            then: The skin at the start of the step.
+            now: The skin at the end of the step.
+            stiffness: Contact stiffness of each vertex [N/m].
         """
         count = len(start)
         planes = Planes(*(np.empty(shape) for shape in ((count, 3), (count, 3), (count, 3), count)))

@@ -7,13 +7,13 @@ from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
 
-from .planes import SkinPoints, Planes
+from .planes import Planes, SkinPoints
 
 SEARCH_BLOCK = 32
-"""Vertices that are searched for one after the other."""
+"""Vertices in one block of the search."""
 
 BLOCK_STRIDE = 97
-"""Blocks from one that a thread does to its next; a prime."""
+"""Number of blocks from one to the next that the same thread searches; a prime."""
 
 
 class SearchGrid(NamedTuple):
@@ -22,8 +22,8 @@ class SearchGrid(NamedTuple):
     Attributes:
         low: Corner of the grid [m].
         cell: Size of a cell [m].
-        size: Cells along each axis.
-        starts: Of each cell.
+        size: Number of cells along each axis.
+        starts: First entry of each cell.
         order: Numbers of the points, cell by cell.
     """
 
@@ -38,8 +38,8 @@ class SkinMesh(NamedTuple):
     """The body's mesh at one moment.
 
     Attributes:
-        vertices: [m]
-        normals: Unit normals there.
+        vertices: Positions [m].
+        normals: Unit normals at the vertices.
         faces: Triangles.
         star_starts, star: Triangles around each vertex.
     """
@@ -53,7 +53,10 @@ class SkinMesh(NamedTuple):
 
 @kernel
 def fill_grid(points, low, cell, size, starts_out, order_out):
-    """Sort points into cubic cells: cell c holds order[starts[c]:starts[c + 1]]; points off the grid are left out."""
+    """Sorts points into cubic cells: cell c holds order[starts[c]:starts[c + 1]]. Points off the grid are left out.
+
+    Writes: starts_out (cells + 2,); order_out (points,).
+    """
     count = points.shape[0]
     starts_out[:] = 0
     for i in range(count):
@@ -71,7 +74,7 @@ def fill_grid(points, low, cell, size, starts_out, order_out):
 
 @kernel(inline="always")
 def cell_of(points, i, low, cell, size):
-    """Number of the cell that point i lies in, -1 off the grid."""
+    """Returns the number of the cell of point i, -1 off the grid."""
     a, b, c = (points[i, 0] - low[0]) / cell, (points[i, 1] - low[1]) / cell, (points[i, 2] - low[2]) / cell
     if a < 0 or b < 0 or c < 0 or a >= size[0] or b >= size[1] or c >= size[2]:
         return -1
@@ -80,13 +83,17 @@ def cell_of(points, i, low, cell, size):
 
 @kernel(inline="always")
 def cells_between(first, last, low, cell, count):
-    """First and last cell along an axis that a span reaches into; none, the last before the first, off its end."""
+    """Returns the first and last cell of a span along an axis; the last is before the first if the span is off the
+    grid.
+    """
     return int(max((first - low) / cell, 0.0)), int(min((last - low) / cell, count - 1.0))
 
 
 @kernel(inline="always")
 def closest_on_triangle(px, py, pz, a, b, c):
-    """Barycentric coordinates of the point of triangle a b c closest to p, and the squared distance (Ericson 2005)."""
+    """Returns the barycentric coordinates of the point of triangle a b c closest to p, and the squared distance
+    (Ericson 2005).
+    """
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     acx, acy, acz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     apx, apy, apz = px - a[0], py - a[1], pz - a[2]
@@ -116,7 +123,9 @@ def closest_on_triangle(px, py, pz, a, b, c):
 
 @kernel(inline="always")
 def closest_around(px, py, pz, vertex, vertices, faces, star_starts, star):
-    """The face closest to p among those around a vertex, and around the corners that this leads to; its weights."""
+    """Returns the face closest to p among those around a vertex and around the corners that it leads to, with its
+    weights.
+    """
     best, face, bv, bw = 1e30, -1, 0.0, 0.0
     centre = last = vertex
     for visit in range(4):
@@ -145,12 +154,12 @@ def closest_around(px, py, pz, vertex, vertices, faces, star_starts, star):
 
 
 @kernel(parallel=True)
-def closest_faces(x, skin: SkinMesh, grid: SearchGrid, reach, asked, out: SkinPoints):
-    """For each cloth vertex that is asked for the closest face within reach and the weights of its corners; -1: none.
+def closest_faces(x, skin: SkinMesh, grid: SearchGrid, reach, selected, out: SkinPoints):
+    """Finds for each selected cloth vertex the closest face within reach and the weights of its corners; -1 for none.
 
-    # in:  x (verts, 3) float64; reach [m]; asked (verts,) bool; out.nearest holds the last nearest body vertices: they
-    #      bound the search, they do not change its result
-    # out: of those that are not asked for as they were
+    Reads: x (verts, 3) float64; reach [m]; selected (verts,) bool; out.nearest: the last nearest body vertices, which
+        bound the search and do not change its result.
+    Writes: out; values of vertices that are not selected stay.
     """
     vertices, _, faces, star_starts, star = skin
     low, cell, size, cell_starts, order = grid
@@ -161,7 +170,7 @@ def closest_faces(x, skin: SkinMesh, grid: SearchGrid, reach, asked, out: SkinPo
     for turn in prange(blocks):
         first = turn * BLOCK_STRIDE % blocks * SEARCH_BLOCK
         for i in range(first, min(first + SEARCH_BLOCK, count)):
-            if not asked[i]:
+            if not selected[i]:
                 continue
             face_out[i] = -1
             px, py, pz = x[i, 0], x[i, 1], x[i, 2]
@@ -197,10 +206,11 @@ def closest_faces(x, skin: SkinMesh, grid: SearchGrid, reach, asked, out: SkinPo
 
 @kernel(parallel=True)
 def contact_planes(start, closest: SkinPoints, vertices_then, now: SkinMesh, stiffness, out: Planes):
-    """Plane of the body under each vertex at the step's end, and where the body carries the vertex's start.
+    """Computes the plane of the body under each vertex at the end of the step, and where the body carries the vertex.
 
-    # in:  start (verts, 3): the cloth then; vertices_then: the body's; stiffness (verts,): of each vertex [N/m]
-    # out: unit normal (interpolated), point on the body, start + motion of that point, stiffness; all 0: no contact
+    Reads: start (verts, 3): the cloth at the start; vertices_then: the body at the start; stiffness (verts,) [N/m].
+    Writes: out: unit normal (interpolated), point on the body, start + motion of that point, stiffness; all 0 without
+        contact.
     """
     _, face, weights = closest
     vertices_now, normals_now, faces, _, _ = now
@@ -232,25 +242,30 @@ def contact_planes(start, closest: SkinPoints, vertices_then, now: SkinMesh, sti
 
 
 @kernel(parallel=True)
-def mark_strays(x, fixed, distance, sought, asked_out):
-    """How many vertices that are not fixed are farther than a distance from where their face was sought.
+def mark_strays(x, fixed, distance, searched_at, selected_out):
+    """Marks the free vertices that are farther than a distance from where their face was searched for.
 
-    # in:  sought (verts, 3)
-    # out: asked_out: which; sought: for them where they are now
+    Reads: x, searched_at (verts, 3); fixed (verts,) bool; distance [m].
+    Writes: selected_out (verts,) bool; searched_at: x of the marked vertices.
+    Returns: The number of marked vertices.
     """
     count = 0
     for i in prange(x.shape[0]):
-        d0, d1, d2 = x[i, 0] - sought[i, 0], x[i, 1] - sought[i, 1], x[i, 2] - sought[i, 2]
-        asked_out[i] = not fixed[i] and d0 * d0 + d1 * d1 + d2 * d2 > distance * distance
-        if asked_out[i]:
-            sought[i, 0], sought[i, 1], sought[i, 2] = x[i, 0], x[i, 1], x[i, 2]
+        d0, d1, d2 = x[i, 0] - searched_at[i, 0], x[i, 1] - searched_at[i, 1], x[i, 2] - searched_at[i, 2]
+        selected_out[i] = not fixed[i] and d0 * d0 + d1 * d1 + d2 * d2 > distance * distance
+        if selected_out[i]:
+            searched_at[i, 0], searched_at[i, 1], searched_at[i, 2] = x[i, 0], x[i, 1], x[i, 2]
             count += 1
     return count
 
 
 @kernel(parallel=True)
 def mark_turned_inside(x, old_normal, old_stiffness, normal, point, stiffness, turned_out):
-    """Vertices behind their new plane, whose old one looked the other way."""
+    """Marks vertices behind their new plane whose old plane faced the other way.
+
+    Reads: old and new normals, points (verts, 3) and stiffnesses (verts,).
+    Writes: turned_out (verts,) bool.
+    """
     for i in prange(x.shape[0]):
         across = gap = 0.0
         for k in range(3):

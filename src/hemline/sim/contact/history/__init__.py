@@ -1,1 +1,1 @@
-"""Contact that remembers on which skin a vertex lay."""
+"""Contact with a memory of the skin that held each vertex off."""

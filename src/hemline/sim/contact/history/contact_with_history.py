@@ -1,43 +1,28 @@
-"""Contact during one step of cloth that remembers where it came from."""
-
-from typing import NamedTuple
+"""Contact during one step of cloth that remembers which places on the skin held it off."""
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from hemline.sim.contact.body.body_contact import Contact
 from hemline.sim.contact.body.planes import SkinPoints
-from hemline.sim.contact.body.surface import MovingSkin, BodySurface
+from hemline.sim.contact.body.surface import BodySurface, MovingSkin
 from hemline.sim.contact.pairs.pair_kernels import PairRows
 
-from .contact_history import ContactHistory
-
-
-class Wearing(NamedTuple):
-    """What a step knows of each vertex of the cloth.
-
-    Attributes:
-        history: The places of the body that held it off.
-        home: The limb that it lies on at rest.
-        pinched: Whether it has no free place, as parts of the body are inside each other there.
-        yielding: Share of the stiffness that is left to another limb there.
-    """
-
-    history: ContactHistory
-    home: Int[np.ndarray, " verts"]
-    pinched: Bool[np.ndarray, " verts"]
-    yielding: float
+from .contact_history import ContactHistory, HistoryFaces
 
 
 class ContactWithHistory(Contact):
-    """Contact where each vertex keeps to the places that held it off: one plane each, a second one where it has two.
+    """Contact where each vertex stays with the places that held it off: one plane, and a second one if it has two.
 
     Args:
-        surface, then, now, start, guess, fixed, stiffness, known: As of `Contact`.
-        wearing: Of the vertices, at the step's start.
+        surface, then, now, start, guess, fixed, stiffness, known: See `CollisionTerm`.
+        history: The places of each vertex at the start of the step.
+        rest_limb: Limb of the body that each vertex lies on at rest.
+        pinched: Vertices without a free place, because parts of the body intersect there.
+        yielding: Fraction of the stiffness that remains for a limb other than the vertex's own.
 
     Attributes:
-        history: Of the vertices, where the cloth is.
+        history: The places of each vertex, where the cloth is now.
     """
 
     def __init__(
@@ -50,26 +35,27 @@ class ContactWithHistory(Contact):
         fixed: Bool[np.ndarray, " verts"],
         stiffness: Float[np.ndarray, " verts"],
         known: SkinPoints | None,
-        wearing: Wearing,
+        *,
+        history: ContactHistory,
+        rest_limb: Int[np.ndarray, " verts"],
+        pinched: Bool[np.ndarray, " verts"],
+        yielding: float,
     ):
-        self.wearing, self._full = wearing, stiffness
         super().__init__(surface, then, now, start, guess, fixed, stiffness, known)
+        self._full_stiffness, self._rest_limb, self._pinched, self._yielding = stiffness, rest_limb, pinched, yielding
+        history = history.advance(surface, start, then, self.closest_at_start, rest_limb)
+        self._set_history(history, start, then)
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> bool:
-        """Find the planes again, where the cloth is at the step's end; whether a vertex moved far enough for that."""
-        if not self._sought_again(positions):
+        """Updates the planes to the cloth at the end of the step, see `Contact.move`."""
+        if not self._search_again(positions):
             return False
-        history = self.history.moved(self.surface, positions, self.now, self.ahead, self.wearing.home)
-        self._hold(history, positions, self.now)
+        history = self.history.advance(self.surface, positions, self.now, self.ahead, self._rest_limb)
+        self._set_history(history, positions, self.now)
         return True
 
-    def second(self, thickness: float, friction: Float[np.ndarray, " verts"]) -> list[PairRows]:
-        """The second places, as pairs of cloth and body, if there are any.
-
-        Args:
-            thickness: Distance that cloth keeps from the body [m].
-            friction: Coulomb's coefficient of each vertex.
-        """
+    def second_places(self, thickness: float, friction: Float[np.ndarray, " verts"]) -> list[PairRows]:
+        """Returns the second places as pairs of cloth and body, see `Contact.second_places`."""
         history, which = self.history, np.flatnonzero(self.history.face[1] >= 0)
         if not (len(which) and thickness):
             return []
@@ -91,15 +77,14 @@ class ContactWithHistory(Contact):
             )
         ]
 
-    def _begin(self, closest: SkinPoints) -> None:
-        wearing = self.wearing
-        history = wearing.history.moved(self.surface, self.start, self.then, closest, wearing.home)
-        self._hold(history, self.start, self.then)
+    def history_faces(self, before: HistoryFaces | None) -> HistoryFaces | None:
+        """Returns the contact history where the cloth is now."""
+        return self.history.faces
 
-    def _hold(self, history: ContactHistory, positions: Float[np.ndarray, "verts 3"], skin: MovingSkin) -> None:
-        wearing = self.wearing
+    def _set_history(self, history: ContactHistory, positions: Float[np.ndarray, "verts 3"], skin: MovingSkin) -> None:
+        """Takes over places, and derives stiffnesses and planes from them."""
         self.history, self.places = history, history.first
         self.stiffness, self._second_stiffness = history.stiffnesses(
-            self.surface, positions, skin, wearing.home, wearing.pinched, self._full, wearing.yielding
+            self.surface, positions, skin, self._rest_limb, self._pinched, self._full_stiffness, self._yielding
         )
-        self.planes = self.laid(self.places)
+        self.planes = self.planes_at(self.places)

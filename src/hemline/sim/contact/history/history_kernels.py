@@ -1,4 +1,4 @@
-"""Places of the body that slide over its skin, and which of them hold a vertex of the cloth off: compiled code."""
+"""Places on the body that slide over its skin, and which of them hold a cloth vertex off: compiled code."""
 
 from typing import NamedTuple
 
@@ -10,16 +10,16 @@ from hemline.sim.contact.body.planes import SkinPoints
 from hemline.sim.contact.body.touch_kernels import SkinMesh, closest_around
 
 MAX_WALK_STEPS = 16
-"""Vertices of the body that a walk over the skin goes along, at most."""
+"""Maximum number of body vertices on a walk over the skin."""
 
 
 class Places(NamedTuple):
-    """The first and the second place of the body that holds each vertex off.
+    """The first and the second place on the body that holds each vertex off.
 
     Attributes:
-        nearest: Vertices of the body at them.
-        face: Their faces, -1 for none.
-        weights: Of the corners 1 and 2.
+        nearest: Vertices of the body at the places.
+        face: Faces of the body at the places, -1 for none.
+        weights: Barycentric weights of the corners 1 and 2.
     """
 
     nearest: Int[np.ndarray, "2 verts"]
@@ -29,7 +29,10 @@ class Places(NamedTuple):
 
 @kernel
 def walk_downhill(x, i, centre, vertices, faces, star_starts, star):
-    """From a vertex of the body downhill over its skin to where it is closest: vertex, face, two weights."""
+    """Walks over the skin from a vertex of the body to where the skin is closest to cloth vertex i.
+
+    Returns: vertex, face, two weights.
+    """
     px, py, pz = x[i, 0], x[i, 1], x[i, 2]
     best = 1e30
     for _ in range(MAX_WALK_STEPS):
@@ -50,7 +53,7 @@ def walk_downhill(x, i, centre, vertices, faces, star_starts, star):
 
 @kernel
 def share_no_corner(faces, a, b):
-    """Whether two faces share no corner; -1, no face, is apart from none."""
+    """Returns whether two faces share no corner; False if one of them is -1, no face."""
     if a < 0 or b < 0:
         return False
     for k in range(3):
@@ -62,7 +65,9 @@ def share_no_corner(faces, a, b):
 
 @kernel
 def height_over(x, i, vertices, normals, faces, face, v, w):
-    """Height of a vertex over the skin at a place, distance to the place [m], the unit normal there."""
+    """Returns the height of a vertex over the skin at a place, the distance to the place [m], and the unit normal
+    there.
+    """
     a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
     u = 1.0 - v - w
     n0 = u * normals[a, 0] + v * normals[b, 0] + w * normals[c, 0]
@@ -77,40 +82,47 @@ def height_over(x, i, vertices, normals, faces, face, v, w):
 
 
 @kernel(parallel=True)
-def move_places(x, skin: SkinMesh, limb, home, found: SkinPoints, deep, far, skew, out: Places):
-    """The first and the second place of each vertex after cloth and body have moved.
+def move_places(
+    x, skin: SkinMesh, limb, rest_limb, closest: SkinPoints, max_depth, forget_height, max_skew, out: Places
+):
+    """Updates the first and the second place of each vertex after cloth and body have moved.
 
-    # in:  x (verts, 3) float64; limb (faces,), home (verts,); found: the closest places; `deep` and `far` [m], `skew`
-    # in and out: the first and second places
+    Reads: x (verts, 3) float64; limb (faces,); rest_limb (verts,); closest: the closest places; max_depth,
+        forget_height [m]; max_skew.
+    Writes: out: the places, changed.
     """
     vertices, normals, faces, star_starts, star = skin
-    found_nearest, found_face, found_weights = found
+    closest_nearest, closest_face, closest_weights = closest
     nearest_out, face_out, weights_out = out
     for i in prange(x.shape[0]):
-        closest, second = found_face[i], face_out[1, i]
-        left, refused = share_no_corner(faces, face_out[0, i], closest), False
+        nearby, second = closest_face[i], face_out[1, i]
+        left, refused = share_no_corner(faces, face_out[0, i], nearby), False
         n0 = f0 = n1 = f1 = -1
         v0 = w0 = v1 = w1 = 0.0
         if left:
             n0, f0, v0, w0 = walk_downhill(x, i, nearest_out[0, i], vertices, faces, star_starts, star)
-            left = share_no_corner(faces, f0, closest)
+            left = share_no_corner(faces, f0, nearby)
         if second >= 0:
             n1, f1, v1, w1 = walk_downhill(x, i, nearest_out[1, i], vertices, faces, star_starts, star)
-        if left and not (second >= 0 and not share_no_corner(faces, f1, closest)):
-            v, w = found_weights[i, 0], found_weights[i, 1]
-            height, _, a0, a1, a2 = height_over(x, i, vertices, normals, faces, closest, v, w)
+        if left and not (second >= 0 and not share_no_corner(faces, f1, nearby)):
+            v, w = closest_weights[i, 0], closest_weights[i, 1]
+            height, _, a0, a1, a2 = height_over(x, i, vertices, normals, faces, nearby, v, w)
             _, _, b0, b1, b2 = height_over(x, i, vertices, normals, faces, f0, v0, w0)
             opposed = a0 * b0 + a1 * b1 + a2 * b2 < 0.0
-            returns = limb[closest] == home[i] and limb[f0] != home[i]
-            refused = height < 0.0 and (opposed or height < -deep) and not returns
+            returns = limb[nearby] == rest_limb[i] and limb[f0] != rest_limb[i]
+            refused = height < 0.0 and (opposed or height < -max_depth) and not returns
         if left and not refused:
             # the place that is left becomes the second one
             n1, f1, v1, w1 = n0, f0, v0, w0
         if not refused:
-            n0, f0, v0, w0 = found_nearest[i], closest, found_weights[i, 0], found_weights[i, 1]
+            n0, f0, v0, w0 = closest_nearest[i], nearby, closest_weights[i, 0], closest_weights[i, 1]
         if f1 >= 0:
             height, distance, _, _, _ = height_over(x, i, vertices, normals, faces, f1, v1, w1)
-            if not (share_no_corner(faces, f0, f1) and height < far and distance < skew * abs(height) + deep):
+            if not (
+                share_no_corner(faces, f0, f1)
+                and height < forget_height
+                and distance < max_skew * abs(height) + max_depth
+            ):
                 f1 = -1
         nearest_out[0, i], face_out[0, i], weights_out[0, i, 0], weights_out[0, i, 1] = n0, f0, v0, w0
         nearest_out[1, i], face_out[1, i], weights_out[1, i, 0], weights_out[1, i, 1] = n1, f1, v1, w1
@@ -118,20 +130,20 @@ def move_places(x, skin: SkinMesh, limb, home, found: SkinPoints, deep, far, ske
 
 @kernel(parallel=True)
 def share_stiffness(
-    x, skin: SkinMesh, limb, home, pinched, places: Places, stiffness, yielding, pressed, stiffness_out
+    x, skin: SkinMesh, limb, rest_limb, pinched, places: Places, stiffness, yielding, yield_depth, stiffness_out
 ):
-    """Contact stiffness of the first and of the second place of each vertex: what is not its own limb may yield.
+    """Computes the contact stiffness of the first and of the second place; the place on a foreign limb may yield.
 
-    # in:  x (verts, 3) float64; limb (faces,), home (verts,), pinched (verts,) bool; stiffness (verts,) [N/m]; the
-    #      share that yields; `pressed` [m]
-    # out: stiffness_out (2, verts)
+    Reads: x (verts, 3) float64; limb (faces,); rest_limb (verts,); pinched (verts,) bool; stiffness (verts,) [N/m];
+        yielding: fraction of the stiffness that remains; yield_depth [m].
+    Writes: stiffness_out (2, verts) [N/m].
     """
     vertices, normals, faces = skin.vertices, skin.normals, skin.faces
     face, weights = places.face, places.weights
     for i in prange(x.shape[0]):
         stiffness_out[0, i] = stiffness_out[1, i] = stiffness[i]
         first, second = face[0, i], face[1, i]
-        own_first, own_second = first >= 0 and limb[first] == home[i], second >= 0 and limb[second] == home[i]
+        own_first, own_second = first >= 0 and limb[first] == rest_limb[i], second >= 0 and limb[second] == rest_limb[i]
         if own_first == own_second or second < 0:
             if pinched[i] and not own_first and not own_second:
                 stiffness_out[0, i] = yielding * stiffness[i]
@@ -140,8 +152,8 @@ def share_stiffness(
         height, _, _, _, _ = height_over(
             x, i, vertices, normals, faces, face[own, i], weights[own, i, 0], weights[own, i, 1]
         )
-        if pinched[i] or height < -pressed:
+        if pinched[i] or height < -yield_depth:
             stiffness_out[1 - own, i] = yielding * stiffness[i]
 
 
-__all__ = ["Places", "share_no_corner", "height_over", "move_places", "share_stiffness", "walk_downhill"]
+__all__ = ["Places", "height_over", "move_places", "share_no_corner", "share_stiffness", "walk_downhill"]

@@ -1,4 +1,4 @@
-"""Which vertices of the body are about to go through a triangle of the cloth."""
+"""Search for vertices of the body that are about to go through a triangle of the cloth."""
 
 from typing import NamedTuple
 
@@ -6,37 +6,43 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from hemline.compiled import kernel, prange
-from hemline.sim.contact.body.planes import SkinPoints, Planes
-from hemline.sim.contact.body.touch_kernels import BLOCK_STRIDE, SearchGrid, SkinMesh, cells_between, closest_on_triangle
+from hemline.sim.contact.body.planes import Planes, SkinPoints
+from hemline.sim.contact.body.touch_kernels import (
+    BLOCK_STRIDE,
+    SearchGrid,
+    SkinMesh,
+    cells_between,
+    closest_on_triangle,
+)
 
-INNER = 0.58
+CIRCLE_RATIO = 0.58
 """Radius of the circle around a triangle over its longest edge, rounded up, where that circle is the smallest one."""
 
 
 class PointContacts(NamedTuple):
-    """What a search found, chunk by chunk, each chunk with the same room.
+    """Result of a search, chunk by chunk; all chunks have the same room.
 
     Attributes:
-        count: How many each chunk has, perhaps more than there is room for.
+        count: Number of results of each chunk, possibly more than there is room for.
         entries: Vertex of the body, triangle of the cloth.
-        share: Weights of the triangle's corners 1 and 2, squared distance.
+        weights: Weights of the triangle's corners 1 and 2, and the squared distance [m^2].
     """
 
     count: Int[np.ndarray, " chunks"]
     entries: Int[np.ndarray, "room 2"]
-    share: Float[np.ndarray, "room 3"]
+    weights: Float[np.ndarray, "room 3"]
 
 
 class PointRows(NamedTuple):
     """Points of the cloth above vertices of the body.
 
     Attributes:
-        body_vertex: The vertex under each.
-        corners: Triangle of each; its last corner stands twice.
-        weights: Of its corners, the last of them 0.
-        start: The point at the step's start [m].
-        ahead: Where it is taken to go [m].
-        stiffness: In contact [N/m].
+        body_vertex: The body vertex under each point.
+        corners: Triangle of each point; its last corner stands twice.
+        weights: Weights of the corners, the last of them 0.
+        start: The point at the start of the step [m].
+        ahead: Predicted point at the end of the step [m].
+        stiffness: Contact stiffness [N/m].
         friction: Coulomb's coefficient.
     """
 
@@ -56,7 +62,7 @@ def points_above(
     fixed,
     ahead: SkinPoints,
     planes: Planes,
-    held,
+    near_body,
     skin: SkinMesh,
     grid: SearchGrid,
     slack,
@@ -68,26 +74,27 @@ def points_above(
     far_out,
     out: PointContacts,
 ):
-    """Vertices of the body that nearly are, or are, on the wrong side of a triangle of the cloth.
+    """Finds vertices of the body that are, or nearly are, on the wrong side of a triangle of the cloth.
 
-    # in:  x (verts, 3) float64: the cloth as it is guessed; fixed, held (verts,) bool: without contact, over the body;
-    #      ahead: the body's closest point; planes: where the body would carry each vertex, and its normals there;
-    #      slack: a vertex of the body counts if the triangle is not higher above it, along its normal, and not
-    #      farther off than `deepest`, both and the way towards the body; reach: nor than this; room: of each chunk of
-    #      triangles in out; there are not STRIDE chunks nor a multiple of it, as they are dealt out so that each thread
-    #      gets triangles near the body
-    # out: slid_out (verts, 3): the cloth as it slides along the body, as high above it as at the start: what is guessed
-    #      of that way changes with every touch; far_out (verts, 2): distance from the body, way towards it
+    A body vertex counts if the triangle is not higher above it along its normal than `slack`, and not farther away than
+    `deepest`, both plus the motion towards the body, and not farther away than `reach`. The number of chunks is not a
+    multiple of BLOCK_STRIDE: chunks are dealt out so that each thread gets triangles near the body.
+
+    Reads: x (verts, 3) float64: the predicted cloth; fixed, near_body (verts,) bool: vertices without contact, and over
+        the body; ahead: closest points on the body; planes: normals there, and where the body would carry each vertex;
+        chunk: triangles per chunk; room: entries per chunk in out.
+    Writes: slid_out (verts, 3): the cloth as it slides along the body at its initial height, because the prediction of
+        the height changes with every contact; far_out (verts, 2): distance from the body, motion towards it; out.
     """
     ahead_face, ahead_weights, carried, out_of_body = ahead.face, ahead.weights, planes.carried, planes.normal
     vertices, normals, body_faces = skin.vertices, skin.normals, skin.faces
     low, cell, size, starts, order = grid
-    count_out, entries_out, share_out = out
+    count_out, entries_out, weights_out = out
     for i in prange(x.shape[0]):
         g, v, w = ahead_face[i], ahead_weights[i, 0], ahead_weights[i, 1]
         away, along = reach * reach if g < 0 else 0.0, 0.0
         for k in range(3):
-            if held[i]:
+            if near_body[i]:
                 along += out_of_body[i, k] * (x[i, k] - carried[i, k])
             if g >= 0:
                 on = (1.0 - v - w) * vertices[body_faces[g, 0], k]
@@ -101,7 +108,7 @@ def points_above(
         number, found = turn * BLOCK_STRIDE % chunks, 0
         for f in range(number * chunk, min(faces.shape[0], (number + 1) * chunk)):
             a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-            if fixed[a] or fixed[b] or fixed[c] or not (held[a] or held[b] or held[c]):
+            if fixed[a] or fixed[b] or fixed[c] or not (near_body[a] or near_body[b] or near_body[c]):
                 continue
             longest = 0.0
             for corner in range(3):
@@ -117,7 +124,7 @@ def points_above(
             towards = max(far_out[a, 1], far_out[b, 1], far_out[c, 1])
             limit = min(deepest + towards, reach)
             # no point of the triangle is nearer to the body than this
-            if max(farthest - longest, nearest - INNER * longest) > limit:
+            if max(farthest - longest, nearest - CIRCLE_RATIO * longest) > limit:
                 continue
             found = _above(
                 slid_out[a],
@@ -137,16 +144,16 @@ def points_above(
                 room,
                 found,
                 entries_out,
-                share_out,
+                weights_out,
             )
         count_out[number] = found
 
 
 @kernel
 def _above(
-    p, q, r, f, vertices, normals, low, cell, size, starts, order, slack, limit, first, room, found, out, share_out
+    p, q, r, f, vertices, normals, low, cell, size, starts, order, slack, limit, first, room, found, out, weights_out
 ):
-    """Note vertices of the body within the limit of a triangle p q r; returns how many were found so far."""
+    """Notes vertices of the body within the limit of a triangle p q r. Returns the number of results so far."""
     a0, a1 = cells_between(min(p[0], q[0], r[0]) - limit, max(p[0], q[0], r[0]) + limit, low[0], cell, size[0])
     b0, b1 = cells_between(min(p[1], q[1], r[1]) - limit, max(p[1], q[1], r[1]) + limit, low[1], cell, size[1])
     c0, c1 = cells_between(min(p[2], q[2], r[2]) - limit, max(p[2], q[2], r[2]) + limit, low[2], cell, size[2])
@@ -181,15 +188,15 @@ def _above(
                     continue
                 if found < room:
                     out[first + found, 0], out[first + found, 1] = j, f
-                    share_out[first + found, 0], share_out[first + found, 1] = v, w
-                    share_out[first + found, 2] = squared
+                    weights_out[first + found, 0], weights_out[first + found, 1] = v, w
+                    weights_out[first + found, 2] = squared
                 found += 1
     return found
 
 
 @kernel
 def nearest_points(
-    found: PointContacts,
+    candidates: PointContacts,
     room,
     faces,
     piece,
@@ -206,17 +213,18 @@ def nearest_points(
     stiffest,
     out: PointRows,
 ):
-    """Of each vertex of the body the nearest triangle of each piece of cloth, and the values of the cloth there.
+    """Selects for each body vertex the nearest triangle of each piece of cloth, and gathers the cloth's values there.
 
-    One worn over another meets the same finger. A vertex more than `deepest` above the cloth at the step's start is
-    behind the cloth that lies on this side of a finger: one of the far side.
+    Pieces that are worn over each other touch the same finger. A vertex more than `deepest` above the cloth at the
+    start of the step lies behind the cloth on this side of a finger and belongs to the far side.
 
-    # in:  found, room: from `points_above`; piece (verts,): of so many pieces; start, guess, vertex_stiffness,
-    #      friction, area: by vertex of the cloth; stiffness: of a point over that of a vertex of the cloth, both with
-    #      the areas around them; at most stiffest
-    # out: as many as are returned
+    Reads: candidates, room: from `points_above`; piece (verts,), pieces: number of pieces; start, guess,
+        vertex_stiffness, friction, area: by cloth vertex; stiffness: that of a point over that of a cloth vertex, both
+        with the areas around them, at most `stiffest`.
+    Writes: out: the points.
+    Returns: The number of points.
     """
-    count, entries, share = found
+    count, entries, found_weights = candidates
     vertices_then, normals_then, body_faces = then.vertices, then.normals, then.faces
     star_starts, star = then.star_starts, then.star
     body_vertex_out, corners_out, weights_out, start_out, ahead_out, stiffness_out, friction_out = out
@@ -224,37 +232,37 @@ def nearest_points(
     for chunk in range(count.shape[0]):
         for entry in range(chunk * room, chunk * room + count[chunk]):
             kind = entries[entry, 0] * pieces + piece[faces[entries[entry, 1], 0]]
-            if best[kind] < 0 or share[entry, 2] < share[best[kind], 2]:
+            if best[kind] < 0 or found_weights[entry, 2] < found_weights[best[kind], 2]:
                 best[kind] = entry
-    kept = 0
+    rows = 0
     for chunk in range(count.shape[0]):
         for entry in range(chunk * room, chunk * room + count[chunk]):
             j, f = entries[entry, 0], entries[entry, 1]
             if best[j * pieces + piece[faces[f, 0]]] != entry:
                 continue
             a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-            v, w = share[entry, 0], share[entry, 1]
+            v, w = found_weights[entry, 0], found_weights[entry, 1]
             u, height = 1.0 - v - w, 0.0
             for k in range(3):
-                start_out[kept, k] = u * start[a, k] + v * start[b, k] + w * start[c, k]
-                ahead_out[kept, k] = u * guess[a, k] + v * guess[b, k] + w * guess[c, k]
-                height += normals_then[j, k] * (start_out[kept, k] - vertices_then[j, k])
+                start_out[rows, k] = u * start[a, k] + v * start[b, k] + w * start[c, k]
+                ahead_out[rows, k] = u * guess[a, k] + v * guess[b, k] + w * guess[c, k]
+                height += normals_then[j, k] * (start_out[rows, k] - vertices_then[j, k])
             if height <= -deepest:
                 continue
-            body_vertex_out[kept] = j
-            corners_out[kept, 0], corners_out[kept, 1], corners_out[kept, 2], corners_out[kept, 3] = a, b, c, c
-            weights_out[kept, 0], weights_out[kept, 1], weights_out[kept, 2], weights_out[kept, 3] = u, v, w, 0.0
+            body_vertex_out[rows] = j
+            corners_out[rows, 0], corners_out[rows, 1], corners_out[rows, 2], corners_out[rows, 3] = a, b, c, c
+            weights_out[rows, 0], weights_out[rows, 1], weights_out[rows, 2], weights_out[rows, 3] = u, v, w, 0.0
             around = _area_around(j, vertices_now, body_faces, star_starts, star)
             factor = min(stiffness * around / (u * area[a] + v * area[b] + w * area[c]), stiffest)
-            stiffness_out[kept] = factor * (u * vertex_stiffness[a] + v * vertex_stiffness[b] + w * vertex_stiffness[c])
-            friction_out[kept] = u * friction[a] + v * friction[b] + w * friction[c]
-            kept += 1
-    return kept
+            stiffness_out[rows] = factor * (u * vertex_stiffness[a] + v * vertex_stiffness[b] + w * vertex_stiffness[c])
+            friction_out[rows] = u * friction[a] + v * friction[b] + w * friction[c]
+            rows += 1
+    return rows
 
 
 @kernel
 def _area_around(j, vertices, faces, starts, star):
-    """A third of the area of the triangles around a vertex of the body; starts, star: triangles by vertex."""
+    """Returns a third of the area of the triangles around a vertex of the body; starts, star: triangles by vertex."""
     total = 0.0
     for entry in range(starts[j], starts[j + 1]):
         f = star[entry]
@@ -268,7 +276,7 @@ def _area_around(j, vertices, faces, starts, star):
 
 @kernel
 def points_on(x, corners, weights, out):
-    """Points of triangles by the weights of their corners."""
+    """Computes points of triangles from the weights of their corners."""
     for p in range(corners.shape[0]):
         for k in range(3):
             out[p, k] = 0.0

@@ -1,15 +1,15 @@
 """Contact of the body's vertices with the cloth's triangles, during one step.
 
-Contact of the cloth's vertices leaves gaps: a finger, a heel or an elbow fits between them and goes through the
-triangle. Where a vertex of the body comes near the inside of a triangle, the point of the cloth there is held off from
-the body as a vertex of the cloth would be, only nearer: on smooth skin the cloth's own vertices carry it.
+Contact of the cloth's vertices alone leaves gaps: a finger, a heel or an elbow fits between them and goes through the
+triangle. Where a vertex of the body comes near the inside of a triangle, the body holds off the point of the cloth
+there like a vertex of the cloth, but at a smaller distance: on smooth skin the cloth's own vertices carry it.
 """
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from hemline.sim.cloth.sheet import Sheet
-from hemline.sim.contact.body.body_contact import Contact
+from hemline.sim.contact.body.body_contact import ClosestContact, Contact
 from hemline.sim.contact.body.planes import SkinPoints
 from hemline.sim.contact.body.touch_kernels import BLOCK_STRIDE
 
@@ -17,33 +17,34 @@ from .body_point_kernels import PointContacts, PointRows, nearest_points, points
 from .pair_kernels import PairRows
 
 DISTANCE_RATIO = 0.2
-"""Distance that triangles keep from the body's vertices, as a share of the vertices' thickness."""
+"""Distance between triangles and vertices of the body, as a fraction of the thickness for cloth vertices."""
 
 POINT_MARGIN = 0.0005
-"""Distance beyond that from which on they are looked for [m]."""
+"""Additional distance within which triangles are searched for [m]."""
 
 MAX_POINT_DEPTH = 0.005
-"""How far a vertex may stand out of the cloth at the start of a step and still be found [m]."""
+"""Maximum depth by which a body vertex may stand out of the cloth at the start of a step and still count [m]."""
 
 POINT_STIFFNESS, MAX_STIFFNESS_RATIO = 32.0, 4.0
-"""How stiff a point is at one thickness: over a vertex of the cloth of the area around its vertex of the body, and at
-most over those of its triangle."""
+"""Stiffness of a point at a depth of one thickness: relative to a cloth vertex with the area around the body vertex,
+and its maximum relative to the vertices of the triangle.
+"""
 
 TRIANGLE_CHUNK = 256
-"""Triangles worked on at a time: fixed, so that the order of what is found does not depend on the threads."""
+"""Triangles per chunk of the search: fixed, so that the order of results does not depend on the threads."""
 
 
 class BodyPoints:
     """Points of the cloth above vertices of the body, in one step.
 
     Args:
-        points: At least one.
-        contact: Of the points as if they were vertices.
-        distance: That they keep from the body [m].
-        thickness: Distance that the cloth's vertices keep from it: how deep the load grows [m].
+        points: The points, at least one.
+        contact: Contact of the points, as if they were vertices.
+        distance: Distance that the points keep from the body [m].
+        thickness: Depth over which the load grows: the distance that the cloth's vertices keep from the body [m].
     """
 
-    def __init__(self, points: PointRows, contact: Contact, distance: float, thickness: float):
+    def __init__(self, points: PointRows, contact: ClosestContact, distance: float, thickness: float):
         self.contact, self.distance = contact, distance
         self.body_vertex, self.corners, self.weights = points.body_vertex, points.corners, points.weights
         planes = contact.planes
@@ -63,11 +64,11 @@ class BodyPoints:
         return len(self.corners)
 
     def move(self, positions: Float[np.ndarray, "verts 3"]) -> None:
-        """Find the planes again, where the cloth is at the step's end."""
+        """Updates the planes to the cloth at the end of the step."""
         self.contact.move(self.at(positions))
 
-    def lay(self) -> PairRows:
-        """The points as pairs with the body."""
+    def pair_rows(self) -> PairRows:
+        """Returns the points as pairs with the body."""
         planes = self.contact.planes
         reach = np.einsum("px,px->p", planes.normal, planes.point) + self.distance
         return self._rows._replace(
@@ -75,7 +76,7 @@ class BodyPoints:
         )
 
     def at(self, positions: Float[np.ndarray, "verts 3"]) -> Float[np.ndarray, "points 3"]:
-        """Where the points are on the cloth."""
+        """Returns the points on the cloth [m]."""
         out = np.empty((len(self), 3))
         points_on(positions, self.corners, self.weights, out)
         return out
@@ -84,13 +85,13 @@ class BodyPoints:
 class BodyPointSearch:
     """Finds the points of a sheet, step by step.
 
-    What it keeps from step to step is how much room it needs: it changes no result.
+    It keeps nothing from step to step but the size of its arrays, which changes no result.
 
     Args:
         sheet: The cloth.
-        fixed: Vertices without contact; triangles at them have none either.
+        fixed: Vertices without contact; their triangles have none either.
         thickness: Distance that the cloth's vertices keep from the body [m].
-        friction: Coulomb's coefficient of the cloth on the body, a vertex.
+        friction: Coulomb's coefficient of each vertex on the body.
     """
 
     def __init__(
@@ -107,35 +108,35 @@ class BodyPointSearch:
         self._pieces = int(sheet.piece.max(initial=0)) + 1
 
     def find(self, contact: Contact, guess: Float[np.ndarray, "verts 3"]) -> BodyPoints | None:
-        """The points at the guess of where the cloth will be, and which way the body holds each off; None of none.
+        """Returns the points near the body, with the planes that hold them off; None if there are none.
 
         Args:
-            contact: That of the cloth's vertices in this step.
-            guess: Where the cloth is taken to go without contact [m].
+            contact: Contact of the cloth's vertices in this step.
+            guess: Predicted cloth at the end of the step, without contact [m].
         """
         if not self.thickness:
             return None
         surface, then, now = contact.surface, contact.then, contact.now
         points = self._points(contact, guess)
-        kept = len(points.body_vertex)
-        if not kept:
+        count = len(points.body_vertex)
+        if not count:
             return None
-        nowhere = SkinPoints(points.body_vertex, np.full(kept, -1, np.int32), np.zeros((kept, 2)))
-        free = np.zeros(kept, bool)
-        meeting = Contact(surface, then, now, points.start, points.ahead, free, points.stiffness, nowhere)
-        gap = np.minimum(meeting.planes.gap(points.ahead), meeting.planes.gap(meeting.planes.carried))
+        known = SkinPoints(points.body_vertex, np.full(count, -1, np.int32), np.zeros((count, 2)))
+        fixed = np.zeros(count, bool)
+        touching = ClosestContact(surface, then, now, points.start, points.ahead, fixed, points.stiffness, known)
+        gap = np.minimum(touching.planes.gap(points.ahead), touching.planes.gap(touching.planes.carried))
         near = gap < self.distance + POINT_MARGIN
         if not near.any():
             return None
         which = np.flatnonzero(near)
-        held = meeting if near.all() else meeting.of(near)
-        return BodyPoints(PointRows(*(each[which] for each in points)), held, self.distance, self.thickness)
+        touching = touching if near.all() else touching.subset(near)
+        return BodyPoints(PointRows(*(each[which] for each in points)), touching, self.distance, self.thickness)
 
     def _points(self, contact: Contact, guess: np.ndarray) -> PointRows:
-        """Of each vertex of the body that the cloth is near to, the nearest point of each piece."""
+        """Returns the nearest point of each piece of cloth for each nearby vertex of the body."""
         sheet, surface = self.sheet, contact.surface
-        found, room = self._found(contact, guess)
-        total = int(found.count.sum())
+        candidates, room = self._search(contact, guess)
+        total = int(candidates.count.sum())
         points = PointRows(
             np.empty(total, np.int32),
             np.empty((total, 4), np.uint32),
@@ -143,8 +144,8 @@ class BodyPointSearch:
         )
         if not total:
             return points
-        kept = nearest_points(
-            found,
+        count = nearest_points(
+            candidates,
             room,
             sheet.faces,
             sheet.piece,
@@ -161,18 +162,18 @@ class BodyPointSearch:
             MAX_STIFFNESS_RATIO,
             points,
         )
-        return PointRows(*(each[:kept] for each in points))
+        return PointRows(*(each[:count] for each in points))
 
-    def _found(self, contact: Contact, guess: np.ndarray) -> tuple[PointContacts, int]:
-        """Vertices of the body that a triangle is near to, and the place in it; the room of each chunk."""
+    def _search(self, contact: Contact, guess: np.ndarray) -> tuple[PointContacts, int]:
+        """Returns pairs of a body vertex and a nearby triangle, and the room of each chunk."""
         sheet, surface, planes = self.sheet, contact.surface, contact.planes
         chunks = (len(sheet.faces) + TRIANGLE_CHUNK - 1) // TRIANGLE_CHUNK
         count = np.empty(chunks + (chunks % BLOCK_STRIDE == 0), np.int64)
         slid, far = np.empty((len(guess), 3)), np.empty((len(guess), 2))
         while True:
             room = self._room
-            out, share = np.empty((len(count) * room, 2), np.int32), np.empty((len(count) * room, 3))
-            found = PointContacts(count, out, share)
+            entries, weights = np.empty((len(count) * room, 2), np.int32), np.empty((len(count) * room, 3))
+            candidates = PointContacts(count, entries, weights)
             points_above(
                 guess,
                 sheet.faces,
@@ -189,8 +190,8 @@ class BodyPointSearch:
                 room,
                 slid,
                 far,
-                found,
+                candidates,
             )
             if count.max(initial=0) <= room:
-                return found, room
+                return candidates, room
             self._room = int(1.5 * count.max())

@@ -1,4 +1,4 @@
-"""Triangles of the cloth near capsules that move: compiled code."""
+"""Triangles of the cloth near moving capsules: compiled code."""
 
 from typing import NamedTuple
 
@@ -15,11 +15,11 @@ class CapsulePairs(NamedTuple):
     """Triangles that capsules hold off.
 
     Attributes:
-        corners: Of each triangle, the last of them twice.
-        weights: Of its nearest point.
-        normal: Unit normal at the step's end.
-        point: Of the capsule's axis there [m].
-        radius: Of the capsule there [m].
+        corners: Corners of each triangle, the last of them twice.
+        weights: Weights of its nearest point.
+        normal: Unit normal at the end of the step.
+        point: Nearest point of the capsule's axis at the end of the step [m].
+        radius: Radius of the capsule there [m].
     """
 
     corners: Int[np.ndarray, "room 4"]
@@ -31,7 +31,7 @@ class CapsulePairs(NamedTuple):
 
 @kernel
 def segment_hits_triangle(p, q, a, b, c):
-    """Whether the segment p q goes through the triangle a b c."""
+    """Returns whether the segment p q goes through the triangle a b c."""
     u0, u1, u2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     v0, v1, v2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     n0, n1, n2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
@@ -47,8 +47,9 @@ def segment_hits_triangle(p, q, a, b, c):
 
 @kernel
 def nearest_on_triangle(p, q, a, b, c):
-    """Where the segment p q and the triangle a b c, which it does not go through, are nearest: the share along the
-    segment, the weights of b and c, the squared distance.
+    """Finds the nearest points of the segment p q and the triangle a b c, which must not intersect.
+
+    Returns: the position along the segment from 0 to 1, the weights of b and c, the squared distance.
     """
     at = 0.0
     v, w, least = closest_on_triangle(p[0], p[1], p[2], a, b, c)
@@ -68,26 +69,29 @@ def nearest_on_triangle(p, q, a, b, c):
 
 
 @kernel
-def _apart(a, b):
+def _distance(a, b):
+    """Returns the distance of two points."""
     return ((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2) ** 0.5
 
 
 @kernel
 def _off_axis(x, a, d, square):
-    """Distance of a point from the segment from a along d."""
+    """Returns the distance of a point from the segment from a along d."""
     r0, r1, r2 = x[0] - a[0], x[1] - a[1], x[2] - a[2]
     t = min(max((r0 * d[0] + r1 * d[1] + r2 * d[2]) / square, 0.0), 1.0)
     return ((r0 - t * d[0]) ** 2 + (r1 - t * d[1]) ** 2 + (r2 - t * d[2]) ** 2) ** 0.5
 
 
 @kernel
-def near_capsules(x, faces, limb_of_face, then, now, radius, limb, look, out: CapsulePairs):
-    """Which triangles of its limb are within `look` radii of a capsule's axis, and which way it holds them off.
+def near_capsules(x, faces, limb_of_face, then, now, radius, limb, search_radii, out: CapsulePairs):
+    """Finds triangles within `search_radii` radii of the axis of a capsule in their own limb, and the normals that hold
+    them off.
 
-    # in:  x (verts, 3): the cloth at the step's start; limb_of_face (faces,), -1 where there is no contact;
-    #      then, now (capsules, 2, 3): ends of the axes at the step's start and end; radius (capsules, 2): at the ends;
-    #      limb (capsules,)
-    # out: as many as there is room for. Returns how many there are.
+    Reads: x (verts, 3): the cloth at the start of the step; limb_of_face (faces,): -1 without contact; then, now
+        (capsules, 2, 3): ends of the axes at the start and the end of the step; radius (capsules, 2): at the ends; limb
+        (capsules,).
+    Writes: out: as many as there is room for.
+    Returns: The number of triangles.
     """
     corners_out, weights_out, normal_out, point_out, radius_out = out
     room, count = corners_out.shape[0], 0
@@ -103,18 +107,18 @@ def near_capsules(x, faces, limb_of_face, then, now, radius, limb, look, out: Ca
             over * (d[0] * e[1] - d[1] * e[0]),
         )
         cosine = over * (d[0] * e[0] + d[1] * e[1] + d[2] * e[2])
-        widest = look * max(radius[k, 0], radius[k, 1])
+        widest = search_radii * max(radius[k, 0], radius[k, 1])
         for f in range(faces.shape[0]):
             if limb_of_face[f] != limb[k]:
                 continue
             a, b, c = x[faces[f, 0]], x[faces[f, 1]], x[faces[f, 2]]
-            reach = widest + max(_apart(a, b), _apart(a, c))
+            reach = widest + max(_distance(a, b), _distance(a, c))
             if _off_axis(a, p, d, square) > reach or segment_hits_triangle(p, q, a, b, c):
                 continue
             t, v, w, distance = nearest_on_triangle(p, q, a, b, c)
             distance = distance**0.5
             thick = (1.0 - t) * radius[k, 0] + t * radius[k, 1]
-            if distance > look * thick or distance < 1e-9:
+            if distance > search_radii * thick or distance < 1e-9:
                 continue
             if count < room:
                 for corner in range(4):

@@ -1,8 +1,8 @@
-"""Capsules around the bones of arms and legs, which hold cloth off where the skin is no guide.
+"""Capsules around the bones of arms and legs, which hold cloth off where the skin is a poor guide.
 
-In a knee or an elbow that is folded far, the skin of a blend-skinned body goes through itself, and the pit of the joint
-comes within millimetres of the bones: contact with the skin cannot tell the sides of the limb apart there, and a
-trouser leg is pulled through it. The capsules are so thin that no cloth touches them but in such a fold.
+In a knee or an elbow that is bent far, the skin of a blend-skinned body intersects itself, and the hollow of the joint
+comes within millimetres of the bones. Contact with the skin cannot tell the sides of the limb apart there, and a
+trouser leg is pulled through it. The capsules are so thin that cloth touches them only in such a fold.
 """
 
 from dataclasses import dataclass
@@ -27,25 +27,26 @@ BONES = np.array(
         for hinge, end in (("elbow", "shoulder"), ("elbow", "wrist"), ("knee", "hip"), ("knee", "ankle"))
     ]
 )
-"""Joints at both ends of each capsule, the one that folds first."""
+"""Joints at both ends of each capsule, the hinge first."""
 
 RADIUS_RATIO = 0.75
-"""So much of the way from a bone to the skin of the body at rest its capsule takes up, at most."""
+"""Maximum radius of a capsule, as a fraction of the distance from the bone to the skin of the body at rest."""
 
 SEARCH_RADII = 2.0
-"""Triangles are looked for within so many radii of the axis."""
+"""Distance from the axis within which triangles are searched for, in radii."""
 
 CAPSULE_STIFFNESS = 16.0
-"""How stiff a capsule is for a triangle, over the skin for a vertex; the load grows from the radius to the axis."""
+"""Stiffness of a capsule for a triangle over that of the skin for a vertex; the load grows from the radius to the axis.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Capsules:
-    """Those of a body.
+    """The capsules of a body.
 
     Attributes:
-        radius: At both ends of each [m].
-        limb: The body's limb that each is in.
+        radius: Radii at both ends of each capsule [m].
+        limb: Limb of the body that contains each capsule.
     """
 
     radius: Float[np.ndarray, "capsules 2"]
@@ -53,7 +54,7 @@ class Capsules:
 
     @classmethod
     def of(cls, shaped: "ShapedBody") -> "Capsules":
-        """As wide as the body at rest has room for, and nowhere wider than at the joint that folds."""
+        """Makes capsules as wide as the body at rest has room for, and nowhere wider than at the hinge."""
         ends = shaped.joints[BONES].astype(np.float64)
         return cls(np.array([_radii(shaped.vertices, *each) for each in ends]), limbs(shaped.body.parents)[BONES[:, 0]])
 
@@ -66,28 +67,28 @@ class Capsules:
         now: Float[np.ndarray, "joints 3"],
         stiffness: Float[np.ndarray, " verts"],
     ) -> PairRows:
-        """What holds the triangles off that are near a bone of their own limb, on the side where they are.
+        """Returns pairs for the triangles near a bone of their own limb, which hold them on the side where they are.
 
-        A triangle that a bone goes through is let go: nobody knows which way out is.
+        A triangle that a bone goes through is left alone, because the way out is unknown.
 
         Args:
-            start: The cloth at the step's start [m].
-            faces: Its triangles.
-            limb_of_face: The limb that each is worn on; -1: it has no contact.
-            then: The joints at the step's start [m].
-            now: The joints at its end [m].
-            stiffness: Of each vertex in contact with the skin [N/m].
+            start: The cloth at the start of the step [m].
+            faces: Triangles of the cloth.
+            limb_of_face: Limb that each triangle lies on; -1 for no contact.
+            then: The joints at the start of the step [m].
+            now: The joints at the end of the step [m].
+            stiffness: Stiffness of each vertex in contact with the skin [N/m].
         """
         ends = [np.ascontiguousarray(joints[BONES], np.float64) for joints in (then, now)]
         room = 256
         while True:
             shapes = (room, 4), (room, 3), (room, 3), room
-            held = CapsulePairs(np.empty((room, 4), np.uint32), *(np.empty(shape) for shape in shapes))
-            count = near_capsules(start, faces, limb_of_face, *ends, self.radius, self.limb, SEARCH_RADII, held)
+            pairs = CapsulePairs(np.empty((room, 4), np.uint32), *(np.empty(shape) for shape in shapes))
+            count = near_capsules(start, faces, limb_of_face, *ends, self.radius, self.limb, SEARCH_RADII, pairs)
             if count <= room:
                 break
             room = count
-        corners, weights, normal, point, radius = (each[:count] for each in held)
+        corners, weights, normal, point, radius = (each[:count] for each in pairs)
         return PairRows(
             corners=corners,
             weights=weights,
@@ -101,11 +102,11 @@ class Capsules:
 
 
 def _radii(skin: np.ndarray, hinge: np.ndarray, end: np.ndarray) -> tuple[float, float]:
-    """The radii of a capsule from a hinge to the bone's other end [m]."""
-    way = end - hinge
-    share = np.clip((skin - hinge) @ way / (way @ way), 0, 1)
-    room = RADIUS_RATIO * np.linalg.norm(skin - hinge - share[:, None] * way, axis=1)
-    lower = share > 0.5
+    """Returns the radii of a capsule at the hinge and at the other end of the bone [m]."""
+    bone = end - hinge
+    position = np.clip((skin - hinge) @ bone / (bone @ bone), 0, 1)
+    room = RADIUS_RATIO * np.linalg.norm(skin - hinge - position[:, None] * bone, axis=1)
+    lower = position > 0.5
     wide = float(room[~lower].min())
-    thin = ((room[lower] - (1 - share[lower]) * wide) / share[lower]).min()
+    thin = ((room[lower] - (1 - position[lower]) * wide) / position[lower]).min()
     return wide, float(np.clip(thin, 0, wide))

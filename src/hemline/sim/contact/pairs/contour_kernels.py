@@ -1,7 +1,7 @@
-"""How to pull crossed cloth apart: the direction in which the curve along which it crosses itself becomes shorter.
+"""Untangling of crossed cloth: the direction that shortens the curve along which the cloth crosses itself.
 
-Source: Volino, Magnenat-Thalmann, "Resolving surface collisions through intersection contour minimization", 2006,
-Eq. 7.
+Source: Volino, Magnenat-Thalmann, "Resolving surface collisions through intersection contour minimization", 2006, Eq.
+    7.
 """
 
 from hemline.compiled import kernel, prange
@@ -9,12 +9,13 @@ from hemline.compiled import kernel, prange
 
 @kernel(parallel=True)
 def contour_directions(x, edges, faces, opposite, piercing, direction_out, share_out, weights_out):
-    """For each edge that goes through a triangle: unit direction in which to move the edge against the triangle.
+    """Computes for each edge that crosses a triangle the unit direction in which to move the edge against the triangle.
 
-    # model: G = sum over the edge's triangles of R - 2 (E . R) / (E . N) N, with E the edge, N the triangle's normal,
-    #        R the way of the curve from the edge into the edge's triangle
-    # in:  piercing (n, 2): edge, triangle; opposite: third vertices of the edge's triangles
-    # out: direction (n, 3), 0 where the curve is straight; share along the edge; weights of corners 1 and 2
+    Model: G = sum over the edge's triangles of R - 2 (E . R) / (E . N) N, with E the edge, N the triangle's normal, R
+        the direction of the curve from the edge into the edge's triangle
+    Reads: piercing (n, 2): edge, triangle; opposite (edges, 2): third vertices of the edge's triangles.
+    Writes: direction_out (n, 3): 0 where the curve is straight; share_out (n,): position along the edge; weights_out
+        (n, 2): weights of corners 1 and 2.
     """
     for k in prange(piercing.shape[0]):
         e, f = piercing[k, 0], piercing[k, 1]

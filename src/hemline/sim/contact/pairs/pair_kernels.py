@@ -1,11 +1,11 @@
-"""Cloth that meets itself, or a vertex of the body: pairs held apart along a fixed normal.
+"""Contact in pairs along a fixed normal: cloth with itself, or a vertex of the body with cloth.
 
-A pair has four corners with weights w, and r = sum w x. For a vertex and a triangle of the cloth, or two edges, the
-weights add up to 0, so that r is the vector between the two nearest points and n . r their distance; for a point of a
+A pair has four corners with weights w, and r = sum w x. For a vertex and a triangle of the cloth, or for two edges, the
+weights add up to 0, so that r is the vector between the two nearest points and n . r their distance. For a point of a
 triangle above the body they add up to 1. The load grows with the square of the depth reach - n . r, so that Newton's
-steps do not jump between touching and not; from a depth of the thickness on it stays constant. And Coulomb's smoothed
-potential of the slip u = (I - n n^T) (r - carried) under a lagged load. Normals, and weights of cloth with cloth, are
-laid anew in each Newton step.
+steps do not alternate between touching and not touching; from a depth of the thickness on it is constant. Friction is
+Coulomb's smoothed potential of the slip u = (I - n n^T) (r - carried) under a lagged load. Normals, and weights of
+cloth with cloth, are updated in each Newton step.
 """
 
 from typing import NamedTuple
@@ -29,15 +29,15 @@ class PairRows(NamedTuple):
     """Pairs of one kind.
 
     Attributes:
-        corners: Four vertices of each, uint32.
-        weights: Of the corners: r = sum w x. They add up to 0 where cloth meets cloth: r is the vector between the
-            nearest points; and to 1 where a point of the cloth meets the body.
+        corners: Four vertices of each pair, uint32.
+        weights: Weights of the corners: r = sum w x. They add up to 0 for cloth on cloth, where r is the vector between
+            the nearest points, and to 1 where a point of the cloth touches the body.
         normal: Unit normals.
-        reach: Of the pair's contact: n . r is to be so much [m].
-        carried: r where it would be without slip [m].
-        thickness: How far below `reach` the load grows [m].
-        stiffness: [N/m]
-        limit: Friction that each can bear, by its load at the step's start [N].
+        reach: Contact begins where n . r falls below this length [m].
+        carried: Value of r without slip [m].
+        thickness: Depth below `reach` over which the load grows [m].
+        stiffness: Contact stiffness [N/m].
+        limit: Friction that each pair can bear, from its load at the start of the step [N].
     """
 
     corners: UInt[np.ndarray, "pairs 4"]
@@ -57,6 +57,7 @@ class PairRows(NamedTuple):
 
 @kernel(inline="always")
 def _along(x, corner, weight, axis):
+    """Returns one coordinate of r = sum w x."""
     return (
         weight[0] * x[corner[0], axis]
         + weight[1] * x[corner[1], axis]
@@ -67,14 +68,15 @@ def _along(x, corner, weight, axis):
 
 @kernel(parallel=True)
 def pair_geometry(x, start, corners, before, weights_out, normal_out, distance_out, carried_out):
-    """Nearest points of each pair, and the unit normal from the second of them to the first.
+    """Computes the nearest points of each pair, and the unit normal from the second point to the first.
 
-    # in:  start (verts, 3): positions at the step's start; corners (pairs, 5): four vertices, 1 for edges;
-    #      before (pairs, 3): the normal until now, 0 for none
-    # out: weights (pairs, 4), normal (pairs, 3), distance (pairs,): along the normal, negative on the wrong side;
-    #      carried (pairs, 3): the vector between the same points at the start.
-    #      A normal that turned by more than 90 degrees means that the pair went through itself: within both elements
-    #      the old side is kept, at their rims the old normal.
+    A normal that turned by more than 90 degrees means that the pair went through itself. Within both elements the old
+    side is kept, at their rims the old normal.
+
+    Reads: start (verts, 3): positions at the start of the step; corners (pairs, 5): four vertices, 1 for edges; before
+        (pairs, 3): the normal until now, 0 for none.
+    Writes: weights_out (pairs, 4); normal_out (pairs, 3); distance_out (pairs,): along the normal, negative on the
+        wrong side; carried_out (pairs, 3): the vector between the same points at the start.
     """
     for p in prange(corners.shape[0]):
         a, b, c, d = corners[p, 0], corners[p, 1], corners[p, 2], corners[p, 3]
@@ -109,10 +111,11 @@ def pair_geometry(x, start, corners, before, weights_out, normal_out, distance_o
 
 @kernel
 def near_rows(distance, margin, pairs: PairRows, out: PairRows):
-    """The pairs that are nearer than their thickness and a margin, one after the other; returns how many.
+    """Selects the pairs that are closer than their thickness and a margin.
 
-    # in:  distance (pairs,), margin [m]; pairs whose reach is their thickness
-    # out: room for all; its reach is left to the caller
+    Reads: distance (pairs,), margin [m]; pairs, whose reach is their thickness.
+    Writes: out: all but the reach, with room for all pairs.
+    Returns: The number of pairs.
     """
     corners, weights, normal, _, carried, thickness, stiffness, limit = pairs
     corners_out, weights_out, normal_out, _, carried_out, thickness_out, stiffness_out, limit_out = out
@@ -130,7 +133,11 @@ def near_rows(distance, margin, pairs: PairRows, out: PairRows):
 
 @kernel(parallel=True)
 def pair_forces(x, pairs: PairRows, creep, force_out, energy_out):
-    """Gradient over r, by pair (pairs, 3), and the energy by chunk; friction is smoothed below a slip of creep [m]."""
+    """Computes the gradient of each pair over r, and the energy by chunk.
+
+    Reads: creep: slip below which friction is smoothed [m].
+    Writes: force_out (pairs, 3) [N]; energy_out (chunks,) [J].
+    """
     corners, weights, normal, reach, carried, thickness, stiffness, limit = pairs
     count = corners.shape[0]
     for chunk in prange(energy_out.shape[0]):
@@ -155,6 +162,7 @@ def pair_forces(x, pairs: PairRows, creep, force_out, energy_out):
 
 @kernel(inline="always")
 def _slip(x, carried, corner, weight, n0, n1, n2):
+    """Returns the slip of a pair across its normal."""
     u0 = _along(x, corner, weight, 0) - carried[0]
     u1 = _along(x, corner, weight, 1) - carried[1]
     u2 = _along(x, corner, weight, 2) - carried[2]
@@ -164,7 +172,10 @@ def _slip(x, carried, corner, weight, n0, n1, n2):
 
 @kernel(parallel=True)
 def pair_blocks(x, pairs: PairRows, creep, block_out):
-    """Symmetric 3 x 3 block of each pair over r, flat, nine a pair."""
+    """Computes the symmetric 3 x 3 block of each pair over r.
+
+    Writes: block_out: flat, nine numbers per pair [N/m].
+    """
     corners, weights, normal, reach, carried, thickness, stiffness, limit = pairs
     for p in prange(corners.shape[0]):
         n0, n1, n2 = normal[p, 0], normal[p, 1], normal[p, 2]
@@ -186,9 +197,10 @@ def pair_blocks(x, pairs: PairRows, creep, block_out):
 
 @kernel(parallel=True)
 def pairs_at_vertices(corners, weights, at: Rows, force, gradient_out):
-    """Gradient of pairs, added at vertices.
+    """Adds the gradients of pairs at their vertices.
 
-    # in:  at: for each vertex its pairs, 4 pair + corner
+    Reads: at: pairs of each vertex, 4 pair + corner; force (pairs, 3) [N].
+    Writes: gradient_out (verts, 3): increased [N].
     """
     starts, entries = at
     if corners.shape[0] <= FEW_PAIRS:
@@ -207,6 +219,7 @@ def pairs_at_vertices(corners, weights, at: Rows, force, gradient_out):
 
 @kernel(inline="always")
 def _add_block(weight, block, out):
+    """Adds a block times the square of a weight to a symmetric block of six numbers."""
     square = weight * weight
     out[0] += square * block[0]
     out[1] += square * block[1]
@@ -218,9 +231,10 @@ def _add_block(weight, block, out):
 
 @kernel(parallel=True)
 def pair_diagonal(corners, weights, at: Rows, block, diagonal_out):
-    """What pairs bring to the diagonal block of each vertex: xx, xy, xz, yy, yz, zz.
+    """Sums the contributions of pairs to the diagonal block of each vertex: xx, xy, xz, yy, yz, zz.
 
-    # in:  at: for each vertex its pairs, 4 pair + corner
+    Reads: at: pairs of each vertex, 4 pair + corner; block: from `pair_blocks`.
+    Writes: diagonal_out (verts, 6) [N/m].
     """
     starts, entries = at
     if corners.shape[0] <= FEW_PAIRS:
@@ -239,7 +253,10 @@ def pair_diagonal(corners, weights, at: Rows, block, diagonal_out):
 
 @kernel
 def incidence_of_pairs(corners, starts_out, entries_out):
-    """Pairs by vertex: vertex i has entries[starts[i]:starts[i + 1]], each 4 pair + corner."""
+    """Sorts pairs by vertex: vertex i has entries[starts[i]:starts[i + 1]], each 4 pair + corner.
+
+    Writes: starts_out (verts + 2,); entries_out (4 pairs,).
+    """
     count = starts_out.shape[0] - 2
     starts_out[:] = 0
     for p in range(corners.shape[0]):
@@ -258,10 +275,10 @@ __all__ = [
     "PAIR_CHUNK",
     "PairRows",
     "incidence_of_pairs",
-    "pair_geometry",
     "near_rows",
     "pair_blocks",
     "pair_diagonal",
     "pair_forces",
+    "pair_geometry",
     "pairs_at_vertices",
 ]

@@ -1,4 +1,6 @@
-"""Where a cloth mesh is near itself: vertices near triangles, edges near edges, edges through triangles."""
+"""Search for places where a cloth mesh is near itself: vertices and triangles, edges and edges, edges that cross
+triangles.
+"""
 
 from typing import NamedTuple
 
@@ -9,13 +11,13 @@ from hemline.compiled import kernel, prange
 from hemline.sim.contact.body.touch_kernels import closest_on_triangle
 
 from .lane_kernels import LANES, NOBODY, SURELY, Lanes, near_lanes
-from .patch_kernels import PatchBounds, ElementBounds
+from .patch_kernels import ElementBounds, PatchBounds
 
-INNER = 0.4
+INNER_CIRCLE = 0.4
 """Radius of the inner circle of a triangle over its longest edge, rounded up: 0.29 at most."""
 
-PARALLEL = 0.97
-"""Squared cosine of the angle between two edges from which they are no pair."""
+PARALLEL_COSINE = 0.97
+"""Squared cosine of the angle between two edges from which on they form no pair."""
 
 
 class ClothMesh(NamedTuple):
@@ -25,7 +27,7 @@ class ClothMesh(NamedTuple):
         faces: Triangles.
         edges: Vertex pairs, uint32.
         radius: Half of the thickness at each vertex [m].
-        joined: 1 where two patches are the same, joined by an edge, or both joined to a third.
+        joined: 1 for two patches that are the same, joined by an edge, or both joined to a third one.
     """
 
     faces: Int[np.ndarray, "faces 3"]
@@ -35,7 +37,7 @@ class ClothMesh(NamedTuple):
 
 
 class Elements(NamedTuple):
-    """Vertices, edges and triangles by the block, as `fill_lanes` has them."""
+    """Vertices, edges and triangles in blocks, see `fill_lanes`."""
 
     vertices: Lanes
     edges: Lanes
@@ -44,7 +46,9 @@ class Elements(NamedTuple):
 
 @kernel(inline="always")
 def closest_on_edges(a, b, c, d):
-    """Where segments a b and c d are nearest: shares along each, and the squared distance (Ericson 2005, 5.1.9)."""
+    """Returns the positions of the nearest points along segments a b and c d, and the squared distance (Ericson 2005,
+    5.1.9).
+    """
     u0, u1, u2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     v0, v1, v2 = d[0] - c[0], d[1] - c[1], d[2] - c[2]
     r0, r1, r2 = a[0] - c[0], a[1] - c[1], a[2] - c[2]
@@ -63,13 +67,13 @@ def closest_on_edges(a, b, c, d):
 
 @kernel(inline="always")
 def _agree(one, e, two, g):
-    """Whether the normals of two elements are within 90 degrees."""
+    """Returns whether the normals of two elements are within 90 degrees."""
     return one[e, 4] * two[g, 4] + one[e, 5] * two[g, 5] + one[e, 6] * two[g, 6] > 0.0
 
 
 @kernel(inline="always")
 def _outside(frame, e, box, motion, p, slack):
-    """Whether element e stays farther than the slack from the box of patch p."""
+    """Returns whether element e stays farther than the slack from the box of patch p."""
     m0, m1, m2 = frame[e, 7] - motion[p, 0], frame[e, 8] - motion[p, 1], frame[e, 9] - motion[p, 2]
     reach = slack + frame[e, 3] + frame[e, 10] + motion[p, 3] + (m0 * m0 + m1 * m1 + m2 * m2) ** 0.5
     return (
@@ -84,7 +88,7 @@ def _outside(frame, e, box, motion, p, slack):
 
 @kernel(inline="always")
 def _vertex_face(x, moved, i, f, faces, radius, margin, room, found, out):
-    """Note vertex i and triangle f where they may meet; returns how many were found so far."""
+    """Notes vertex i and triangle f if they may touch. Returns the number of results so far."""
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
     if i in (a, b, c):
         return found
@@ -103,8 +107,10 @@ def _vertex_face(x, moved, i, f, faces, radius, margin, room, found, out):
 
 @kernel(inline="always")
 def _edge_edge(x, moved, e, g, edges, radius, margin, room, found, out):
-    """Note edges e and g where they may meet; returns how many were found so far, and whether one of them could go
-    through a triangle at the other: it is nearer than the inner circle of that reaches.
+    """Notes edges e and g if they may touch.
+
+    Returns: the number of results so far; whether one edge could cross a triangle at the other, because it is closer
+        than the inner circle of such a triangle reaches.
     """
     a, b, c, d = edges[e, 0], edges[e, 1], edges[g, 0], edges[g, 1]
     if a in (c, d) or b in (c, d):
@@ -113,9 +119,9 @@ def _edge_edge(x, moved, e, g, edges, radius, margin, room, found, out):
     v0, v1, v2 = x[d, 0] - x[c, 0], x[d, 1] - x[c, 1], x[d, 2] - x[c, 2]
     uv, uu, vv = u0 * v0 + u1 * v1 + u2 * v2, u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2
     s, t, squared = closest_on_edges(x[a], x[b], x[c], x[d])
-    through = squared < INNER * INNER * max(uu, vv)
+    through = squared < INNER_CIRCLE * INNER_CIRCLE * max(uu, vv)
     # edges that run along each other touch with their ends, and ends are met as vertices by triangles
-    if uv * uv > PARALLEL * uu * vv or ((s <= 0.0 or s >= 1.0) and (t <= 0.0 or t >= 1.0)):
+    if uv * uv > PARALLEL_COSINE * uu * vv or ((s <= 0.0 or s >= 1.0) and (t <= 0.0 or t >= 1.0)):
         return found, through
     motion = 0.0
     for k in range(3):
@@ -131,8 +137,8 @@ def _edge_edge(x, moved, e, g, edges, radius, margin, room, found, out):
 
 
 @kernel(inline="always")
-def _met(blocks, block, lane, cosine, apart, others, other):
-    """Lanes of another block that the element in a lane may meet; `apart`: more than its own reach."""
+def _near_elements(blocks, block, lane, cosine, apart, others, other):
+    """Returns the lanes of another block that the element in a lane may touch; `apart` is added to its own reach."""
     return near_lanes(
         others,
         other,
@@ -149,7 +155,7 @@ def _met(blocks, block, lane, cosine, apart, others, other):
 
 @kernel(inline="always")
 def _drift(motion, p, q):
-    """How far two patches move against each other."""
+    """Returns the motion of two patches relative to each other [m]."""
     m0, m1, m2 = motion[p, 0] - motion[q, 0], motion[p, 1] - motion[q, 1], motion[p, 2] - motion[q, 2]
     return (m0 * m0 + m1 * m1 + m2 * m2) ** 0.5
 
@@ -171,13 +177,13 @@ def near_pairs(
     count_out,
     out,
 ):
-    """Vertex-triangle and edge-edge pairs of patch pairs that come nearer than thickness and margin in the step.
+    """Finds vertex-triangle and edge-edge pairs that come closer than thickness and margin within the step.
 
-    # in:  x, moved (verts, 3) float64, moved relative to x; thickest: the largest thickness [m]; pairs (patch pairs,
-    #      2), worked on in chunks of so many, each with room for so many in out (chunks room, 5)
-    # out: met_out: whether something in a patch pair may go through something; count_out: how many each chunk has,
-    #      perhaps more than there is room for; out: four vertices (first the vertex, then the triangle; or one edge,
-    #      then the other), and 1 for edges
+    Reads: x, moved (verts, 3) float64: positions and motion; thickest: the largest thickness [m]; pairs (patch pairs,
+        2); chunk: patch pairs per chunk; room: results per chunk in out.
+    Writes: met_out (patch pairs,): whether an edge may cross a triangle; count_out (chunks,): number of results,
+        possibly more than there is room for; out (chunks room, 5): four vertices (the vertex, then the triangle; or one
+        edge, then the other), and 1 for edges.
     """
     faces, edges, radius, joined = mesh
     face_frames, edge_frames, vertex_frames = frames
@@ -204,7 +210,7 @@ def near_pairs(
                         if not near and _outside(vertex_frames, i, box, motion, two, slack):
                             continue
                         for other in range(face_starts[two], face_starts[two + 1]):
-                            some = _met(vertex_blocks, block, lane, cosine, apart, face_blocks, other)
+                            some = _near_elements(vertex_blocks, block, lane, cosine, apart, face_blocks, other)
                             if some == 0:
                                 continue
                             for k in range(LANES):
@@ -219,7 +225,7 @@ def near_pairs(
                     if not near and _outside(edge_frames, e, box, motion, q, slack):
                         continue
                     for other in range(block if p == q else edge_starts[q], edge_starts[q + 1]):
-                        some = _met(edge_blocks, block, lane, cosine, apart, edge_blocks, other)
+                        some = _near_elements(edge_blocks, block, lane, cosine, apart, edge_blocks, other)
                         if some == 0:
                             continue
                         for k in range(LANES):
@@ -236,7 +242,7 @@ def near_pairs(
 
 @kernel(inline="always")
 def _volume(a, b, c, d):
-    """Six times the signed volume of a tetrahedron."""
+    """Returns six times the signed volume of a tetrahedron."""
     u0, u1, u2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     v0, v1, v2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     w0, w1, w2 = d[0] - a[0], d[1] - a[1], d[2] - a[2]
@@ -245,7 +251,7 @@ def _volume(a, b, c, d):
 
 @kernel(inline="always")
 def pierces(p, q, a, b, c):
-    """Whether a segment goes through a triangle; written apart from the count of crossings that judges the result."""
+    """Returns whether a segment crosses a triangle; independent of the count of crossings that checks the result."""
     if _volume(a, b, c, p) * _volume(a, b, c, q) >= 0.0:
         return False
     one, two, three = _volume(p, q, a, b), _volume(p, q, b, c), _volume(p, q, c, a)
@@ -254,9 +260,21 @@ def pierces(p, q, a, b, c):
 
 @kernel(parallel=True)
 def piercing_edges(
-    x, mesh: ClothMesh, frames: ElementBounds, bounds: PatchBounds, elements: Elements, pairs, chunk, room, count_out, out
+    x,
+    mesh: ClothMesh,
+    frames: ElementBounds,
+    bounds: PatchBounds,
+    elements: Elements,
+    pairs,
+    chunk,
+    room,
+    count_out,
+    out,
 ):
-    """Edges that go through triangles: out (chunks room, 2) holds edge and triangle; arguments as of `near_pairs`."""
+    """Finds edges that cross triangles; see `near_pairs` for the arguments.
+
+    Writes: count_out (chunks,); out (chunks room, 2): edge, triangle.
+    """
     faces, edges, joined = mesh.faces, mesh.edges, mesh.joined
     face_frames, edge_frames, box, motion = frames.faces, frames.edges, bounds.box, bounds.motion
     edge_starts, patch_edges, edge_blocks = elements.edges
@@ -278,7 +296,7 @@ def piercing_edges(
                             continue
                         i, j = edges[e, 0], edges[e, 1]
                         for other in range(face_starts[two], face_starts[two + 1]):
-                            some = _met(edge_blocks, block, lane, cosine, apart, face_blocks, other)
+                            some = _near_elements(edge_blocks, block, lane, cosine, apart, face_blocks, other)
                             if some == 0:
                                 continue
                             for k in range(LANES):
@@ -297,7 +315,7 @@ def piercing_edges(
 
 @kernel(inline="always")
 def _touches(frame, e, box, p):
-    """Whether the sphere about an element touches the box of a patch."""
+    """Returns whether the sphere about an element touches the box of a patch."""
     reach = frame[e, 3]
     return (
         frame[e, 0] + reach >= box[p, 0]

@@ -1,7 +1,7 @@
-"""Which patches of a cloth mesh could meet in a step.
+"""Bounds of the patches of a cloth mesh, and the pairs of patches that could touch within a step.
 
-Patches are compared by box, swept by their motion, and by the cone of their normals: a patch, or two that are joined,
-cannot meet themselves while all normals agree within 90 degrees (Volino and Magnenat-Thalmann 1994, without their
+Patches are compared by box, swept by their motion, and by the cone of their normals: a patch, or two joined patches,
+cannot touch themselves while all normals agree within 90 degrees (Volino and Magnenat-Thalmann 1994, without their
 contour test).
 """
 
@@ -17,8 +17,8 @@ FAST = {"contract", "nsz", "arcp"}
 
 
 class ElementBounds(NamedTuple):
-    """Of each triangle, edge and vertex: centre (3), radius, normal (3; unit at vertices only), mean motion (3) and the
-    most that the motion of a corner differs from it.
+    """Bounds of each triangle, edge and vertex: centre (3), radius, normal (3; unit at vertices only), mean motion (3)
+    and the largest difference of a corner's motion from it.
     """
 
     faces: Float[np.ndarray, "faces 11"]
@@ -35,11 +35,11 @@ class PatchRows(NamedTuple):
 
 
 class PatchBounds(NamedTuple):
-    """Of each patch.
+    """Bounds of each patch.
 
     Attributes:
-        box: Low and high of all its elements [m].
-        motion: Mean, and the most that a vertex of one of its elements differs from it [m].
+        box: Low and high corner of all its elements [m].
+        motion: Mean motion, and the largest difference of a vertex of its elements from it [m].
         cone: Axis and angle of a cone around its normals [rad].
     """
 
@@ -49,7 +49,7 @@ class PatchBounds(NamedTuple):
 
 
 class GroupBounds(NamedTuple):
-    """Box and motion of groups of patches, as `PatchBounds` has them."""
+    """Box and motion of groups of patches, see `PatchBounds`."""
 
     box: Float[np.ndarray, "groups 6"]
     motion: Float[np.ndarray, "groups 4"]
@@ -57,10 +57,11 @@ class GroupBounds(NamedTuple):
 
 @kernel(parallel=True, fastmath=FAST)
 def element_bounds(x, moved, faces, edges, at: Rows, out: ElementBounds):
-    """Centre, radius, normal and motion of each triangle, edge and vertex.
+    """Computes centre, radius, normal and motion of each triangle, edge and vertex.
 
-    # in:  x, moved (verts, 3) float64: where each vertex is, and goes in the step, relative to x; at: corners of each
-    #      vertex, 3 face + corner
+    Reads: x, moved (verts, 3) float64: positions, and motion within the step; at: corners of each vertex, 3 face +
+        corner.
+    Writes: out.
     """
     corner_starts, corners = at
     face_out, edge_out, vertex_out = out
@@ -105,7 +106,11 @@ def element_bounds(x, moved, faces, edges, at: Rows, out: ElementBounds):
 
 @kernel(parallel=True, fastmath=FAST)
 def patch_bounds(x, moved, faces, edges, face_frames, rows: PatchRows, out: PatchBounds):
-    """Box, motion and cone of normals of each patch; x, moved, face_frames as of `element_bounds`."""
+    """Computes box, motion and cone of normals of each patch.
+
+    Reads: x, moved: see `element_bounds`; face_frames (faces, 11): from `element_bounds`.
+    Writes: out.
+    """
     vertex_starts, vertices = rows.vertices
     edge_starts, patch_edges = rows.edges
     face_starts, patch_faces = rows.faces
@@ -156,12 +161,13 @@ def patch_bounds(x, moved, faces, edges, face_frames, rows: PatchRows, out: Patc
 
 @kernel(inline="always")
 def _differs(moved, i, motion):
+    """Returns the squared difference of a motion from a mean motion."""
     return (moved[i, 0] - motion[0]) ** 2 + (moved[i, 1] - motion[1]) ** 2 + (moved[i, 2] - motion[2]) ** 2
 
 
 @kernel
 def group_bounds(bounds: PatchBounds, size, out: GroupBounds):
-    """Box and motion of groups of so many patches that follow each other."""
+    """Computes box and motion of groups of `size` consecutive patches."""
     box, motion = bounds.box, bounds.motion
     box_out, motion_out = out
     for group in range(box_out.shape[0]):
@@ -179,7 +185,7 @@ def group_bounds(bounds: PatchBounds, size, out: GroupBounds):
 
 @kernel(inline="always")
 def _pass(box, motion, p, q, margin):
-    """Whether two boxes stay apart by more than a margin while they move."""
+    """Returns whether two boxes stay farther apart than a margin while they move."""
     slack = margin + motion[p, 3] + motion[q, 3]
     for c in range(3):
         relative = motion[p, c] - motion[q, c]
@@ -192,10 +198,11 @@ def _pass(box, motion, p, q, margin):
 
 @kernel(parallel=True)
 def patch_pairs(bounds: PatchBounds, groups: GroupBounds, size, joined, margin, capacity, count_out, pairs_out):
-    """For each patch the patches, itself or later ones, that something of it could meet in the step.
+    """Finds for each patch the patches, itself or later ones, that it could touch within the step.
 
-    # in:  groups of patches and their size; capacity: room for each patch in pairs_out (patches, capacity)
-    # out: count_out: how many there are, perhaps more than there is room for
+    Reads: groups, size: groups of patches and their size; capacity: results per patch in pairs_out.
+    Writes: count_out (patches,): number of results, possibly more than there is room for; pairs_out (patches,
+        capacity).
     """
     box, motion, cone = bounds
     group_box, group_motion = groups
@@ -217,4 +224,13 @@ def patch_pairs(bounds: PatchBounds, groups: GroupBounds, size, joined, margin, 
                     count_out[p] += 1
 
 
-__all__ = ["PatchBounds", "ElementBounds", "GroupBounds", "PatchRows", "element_bounds", "group_bounds", "patch_bounds", "patch_pairs"]
+__all__ = [
+    "ElementBounds",
+    "GroupBounds",
+    "PatchBounds",
+    "PatchRows",
+    "element_bounds",
+    "group_bounds",
+    "patch_bounds",
+    "patch_pairs",
+]

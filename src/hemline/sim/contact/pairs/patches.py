@@ -1,4 +1,4 @@
-"""Patches of the mesh, small and fixed: where the cloth could meet itself is first looked for among them."""
+"""Small, fixed patches of the mesh: the search for self-contact first compares patches."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,11 +14,11 @@ from hemline.sim.solver.clusters import cut
 from .lane_kernels import LANES, NOBODY, ROWS, Lanes
 
 VERTICES_PER_PATCH = 6
-"""Vertices in a patch, about."""
+"""Approximate number of vertices in a patch."""
 
 
 def lanes_of(rows: Rows) -> Lanes:
-    """Each row cut into blocks, with room for what `fill_lanes` lays out."""
+    """Cuts each row into blocks, with room for what `fill_lanes` writes."""
     count = np.diff(rows.starts.astype(np.int64))
     starts = np.concatenate([[0], np.cumsum(-(-count // LANES))])
     elements = np.full((starts[-1], LANES), NOBODY)
@@ -33,11 +33,11 @@ class ClothPatches:
 
     Attributes:
         vertices: Vertices of each patch.
-        edges: Edges of each patch: those whose first vertex is in it.
-        faces: Triangles of each patch: those whose first corner is in it.
-        joined: 1 where two patches are the same, joined by an edge, or both joined to a third.
-        opposite: The third vertex of the one or two triangles at each edge; the edge's own first vertex for none.
-        radius: Half of the thickness that each vertex may have, at most [m].
+        edges: Edges of each patch, which contains their first vertex.
+        faces: Triangles of each patch, which contains their first corner.
+        joined: 1 for two patches that are the same, joined by an edge, or both joined to a third one.
+        opposite: Third vertex of the one or two triangles at each edge; the edge's own first vertex for none.
+        radius: Half of the maximum thickness of each vertex [m].
     """
 
     vertices: Rows
@@ -54,7 +54,7 @@ class ClothPatches:
 
 
 def make_patches(sheet: Sheet, thickness: float) -> ClothPatches:
-    """Cut a sheet into patches.
+    """Cuts a sheet into patches.
 
     Args:
         sheet: The cloth.
@@ -89,12 +89,13 @@ def make_patches(sheet: Sheet, thickness: float) -> ClothPatches:
 
 
 def _opposite(sheet: Sheet) -> np.ndarray:
+    """Returns the third vertices of the triangles at each edge."""
     starts, codes = sheet.edge_corners.starts, sheet.edge_corners.columns.astype(np.int64)
     corner = 3 - codes % 9 // 3 - codes % 3
     third = sheet.faces[codes // 9, corner]
     result = np.repeat(sheet.edges[:, :1], 2, axis=1).astype(np.uint32)
     row = np.repeat(np.arange(len(sheet.edges)), np.diff(starts))
     place = np.arange(len(codes)) - starts[:-1][row]
-    kept = place < 2
-    result[row[kept], place[kept]] = third[kept]
+    first_two = place < 2
+    result[row[first_two], place[first_two]] = third[first_two]
     return result

@@ -10,18 +10,18 @@ from hemline.sim.step.workspace import Workspace
 
 
 def air_term(model: ClothModel, workspace: Workspace, state: ClothState, h: float) -> Air:
-    r"""The air on each vertex, linear in its velocity over the step.
+    r"""Returns the air on each vertex, linear in its velocity over the step.
 
     $$E(x) = \sum_i -f_i \cdot s_i + \tfrac12\, s_i \cdot \frac{D_i}{h} s_i, \qquad s = x - x_0$$
 
-    in J, with $f = F(v_0) + D v_0$ and $D = -\partial F / \partial v$ symmetric and positive. $F$: drag and lift, in
-    `air_kernels.air_by_triangle`. Value, gradient: `air_kernels.air_terms`, named in `vertex_kernels.gradient`; block
-    $D_i / h$: `m` in `vertex_kernels.diagonal_blocks`.
+    in J, with $f = F(v_0) + D v_0$ and $D = -\partial F / \partial v$ symmetric and positive. $F$ is drag and lift, see
+    `air_kernels.air_by_triangle`. Value and gradient: `air_kernels.air_terms`, called in `vertex_kernels.gradient`;
+    block $D_i / h$: `m` in `vertex_kernels.diagonal_blocks`.
 
     Args:
         model: The sheet and the wind.
-        workspace: Its arrays are what is returned: they hold until the next step.
-        state: At the step's start.
+        workspace: Its arrays are returned and are valid until the next step.
+        state: The state at the start of the step.
         h: Length of the step [s].
     """
     sheet, (force, matrix) = model.sheet, workspace.air
@@ -36,5 +36,5 @@ def air_term(model: ClothModel, workspace: Workspace, state: ClothState, h: floa
 
 
 def constant_force(positions: Positions, force: Positions) -> Air:
-    """A force that does not depend on velocity, in the same form: no air, or weight [N]."""
+    """Returns a force that does not depend on velocity, in the same form: no air, or weight [N]."""
     return Air(positions, force, np.zeros((len(positions), 6)))

@@ -11,17 +11,17 @@ from hemline.sim.step.workspace import Workspace
 
 @dataclass(frozen=True, eq=False)
 class Bending:
-    r"""Isometric bending; about a rest shape that is not flat, discrete shells.
+    r"""Isometric bending; discrete shells about a rest shape that is not flat.
 
     $$E(x) = -\frac14 \sum_{i \ne j} q_{ij} |x_i - x_j|^2, \qquad\text{or}\qquad
       E(x) = \sum_e \frac{w_e}{2} \left(2 \sin\frac{\theta_e}{2} - 2 \sin\frac{\bar\theta_e}{2}\right)^2$$
 
-    in J, with $q$ the off-diagonal entries of the bending matrix [N/m]. The blocks are $q_{ij} I$ in both cases: on the
-    ring they are what `Membrane.blocks` starts from, beyond it the solver's `far_bending`.
+    in J, with $q$ the off-diagonal entries of the bending matrix [N/m]. The blocks are $q_{ij} I$ in both cases. On the
+    ring they are the start values of `Membrane.blocks`, beyond it they are the solver's `far_bending`.
 
     Attributes:
         model: The sheet.
-        workspace: Its arrays.
+        workspace: Arrays that every evaluation overwrites.
 
     Source: Bergou et al., "A quadratic bending model for inextensible surfaces", SGP 2006; Grinspun et al., "Discrete
         shells", SCA 2003, Eq. 4. Differs: see `hinge_kernels`.
@@ -31,9 +31,11 @@ class Bending:
     workspace: Workspace
 
     def evaluate(self, x: Positions) -> tuple[float, float]:
-        """The energies of hinges and of the matrix [J]; the gradient goes to the vertices, `workspace.elastic` [N].
+        """Returns the energies of hinges and of the matrix [J]; leaves the gradient at the vertices in
+        `workspace.elastic` [N].
 
-        It and that of the membrane are gathered in one pass over the vertices, `elastic_kernels.elastic_at_vertices`.
+        That gradient includes the membrane: both are summed in one pass over the vertices,
+        `elastic_kernels.elastic_at_vertices`.
         """
         model, work = self.model, self.workspace
         sheet = model.sheet

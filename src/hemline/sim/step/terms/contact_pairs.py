@@ -4,7 +4,13 @@ import numpy as np
 from jaxtyping import Float
 
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.contact.pairs.pair_kernels import PAIR_CHUNK, pair_blocks, pair_diagonal, pair_forces, pairs_at_vertices
+from hemline.sim.contact.pairs.pair_kernels import (
+    PAIR_CHUNK,
+    pair_blocks,
+    pair_diagonal,
+    pair_forces,
+    pairs_at_vertices,
+)
 from hemline.sim.contact.pairs.pairs import Pairs
 from hemline.sim.solver.block_kernels import blocks_of, vector_of
 from hemline.sim.solver.conjugate_kernels import PairBlocks
@@ -18,25 +24,25 @@ NO_PAIR_BLOCKS = PairBlocks(
     np.empty(0, np.uint32),
     np.empty(0, np.float32),
 )
-"""Of no pairs."""
+"""Blocks of a step without pairs."""
 
 
 class ContactPairs:
-    r"""The potential of all pairs: `SelfContact`, `BodyPoints`, second places (`ContactWithHistory`) and `CapsuleColliders`.
+    r"""The potential of all pairs: `SelfContact`, `BodyPoints`, second places (`ContactWithHistory`) and `Capsules`.
 
     $$E(x) = \sum_p \frac{k_p}{3 t_p} d_p^3 + \mu_p L_p\, f_0(|u_p|), \qquad d = \max(0,\; r_0 - n \cdot r),
       \quad r = \sum_c w_c x_c$$
 
-    in J: the load $k d^2 / t$ grows with the square of the depth, up to a depth of $t$, from which it stays; $u$ is the
-    slip across $n$. The kernels: `pair_kernels.pair_forces` and `pair_blocks`, the formula: `load_kernels.press_terms`.
+    in J. The load $k d^2 / t$ grows with the square of the depth, up to a depth of $t$, and is constant beyond; $u$ is
+    the slip across $n$. Kernels: `pair_kernels.pair_forces` and `pair_blocks`; formula: `load_kernels.press_terms`.
 
     Args:
-        pairs: The pairs where they are now.
+        pairs: The pairs at their current positions.
         creep: Slip below which friction is smoothed [m].
 
     Source: Li et al., "Incremental potential contact", ACM TOG 39(4), 2020, Eq. 14, for friction. Differs: a penalty
-        with a side that pairs keep, not a barrier; quadratic, so that Newton's steps do not jump between touching and
-        not.
+        with a side that pairs keep, not a barrier; quadratic, so that Newton's steps do not alternate between touching
+        and not touching.
     """
 
     def __init__(self, pairs: Pairs, creep: float):
@@ -45,7 +51,7 @@ class ContactPairs:
         self._energy = np.empty((len(pairs) + PAIR_CHUNK - 1) // PAIR_CHUNK)
 
     def evaluate(self, x: Positions, gradient: Positions) -> float:
-        """The energy [J]; its gradient is added [N]."""
+        """Returns the energy [J] and adds its gradient [N]."""
         pairs = self.pairs
         if not len(pairs):
             return 0.0
@@ -54,7 +60,7 @@ class ContactPairs:
         return float(self._energy.sum())
 
     def blocks(self, x: Positions, layout: Layout, diagonal: Float[np.ndarray, "verts 6"]) -> PairBlocks:
-        """The Hessian as the solver wants it; `diagonal` gets what it has of each vertex with itself."""
+        """Returns the Hessian for the solver, and writes its diagonal blocks to `diagonal`."""
         pairs = self.pairs
         if not len(pairs):
             diagonal[:] = 0

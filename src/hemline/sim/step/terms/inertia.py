@@ -9,19 +9,19 @@ from hemline.sim.step.state import ClothState
 
 
 def inertia_term(model: ClothModel, state: ClothState, h: float, targets: Positions) -> Inertia:
-    r"""Inertia in a step of backward Euler, and the springs of soft pins, as one parabola a vertex.
+    r"""Returns inertia in a step of backward Euler, and the springs of soft pins, as one parabola per vertex.
 
     $$E(x) = \sum_i \frac{k_i}{2} |x_i - y_i|^2, \qquad k = \frac{m}{h^2}, \quad y = x_0 + h v + h^2 g$$
 
-    in J; of a vertex with a soft pin of stiffness $s$ towards $p$: $k = m/h^2 + s$, and $y$ the mean of both goals,
-    each with its share. Hard pins have their target for goal. Value, gradient: `inertia_kernels.inertia_terms`, named
-    in `vertex_kernels.gradient`; block $k_i I$: `a` in `vertex_kernels.diagonal_blocks`.
+    in J. For a vertex with a soft pin of stiffness $s$ towards $p$, $k = m/h^2 + s$ and $y$ is the weighted mean of
+    both goals. The goal of a hard pin is its target. Value and gradient: `inertia_kernels.inertia_terms`, called in
+    `vertex_kernels.gradient`; block $k_i I$: `a` in `vertex_kernels.diagonal_blocks`.
 
     Args:
         model: The sheet and its pins.
-        state: At the step's start.
+        state: The state at the start of the step.
         h: Length of the step [s].
-        targets: Where the pins are wanted [m].
+        targets: Targets of the pins [m].
 
     Source: Martin et al., "Example-based elastic materials", ACM TOG 30(4), 2011: implicit Euler as a minimisation.
     """
@@ -29,13 +29,13 @@ def inertia_term(model: ClothModel, state: ClothState, h: float, targets: Positi
     stiffness = model.sheet.mass * over_h**2
     goal = state.positions + h * state.velocities + h**2 * np.array(model.settings.gravity)
     goal[model.pinned] = targets[model.hard]
-    held, spring = model.held, model.spring[:, None]
-    inertia = stiffness[held, None]
-    goal[held] = (inertia * goal[held] + spring * targets[~model.hard]) / (inertia + spring)
-    stiffness[held] += model.spring
+    pins, spring = model.soft_pins, model.spring[:, None]
+    inertia = stiffness[pins, None]
+    goal[pins] = (inertia * goal[pins] + spring * targets[~model.hard]) / (inertia + spring)
+    stiffness[pins] += model.spring
     return Inertia(goal, stiffness)
 
 
 def no_inertia(positions: Positions) -> Inertia:
-    """Of cloth for which no time passes."""
+    """Returns the inertia of cloth for which no time passes."""
     return Inertia(positions, np.zeros(len(positions)))

@@ -18,14 +18,14 @@ class Membrane:
     $$E(x) = \sum_f \frac{A_f}{2} \left(E : C : E + \frac{d}{h}\,(E - E_0) : C : (E - E_0)\right), \qquad
       E = \tfrac12 (F^T F - I)$$
 
-    in J: $C$ isotropic plane stress, $d$ the time constant of damping [s], $E_0$ the strain at the step's start. The
-    blocks are the derivatives of the gradient, but for compression beyond a cap (`ClothModel.cap` over $h^2$), which is
-    left out of the stress: inertia keeps the rest positive.
+    in J, with $C$ isotropic plane stress, $d$ the time constant of damping [s], and $E_0$ the strain at the start of
+    the step. The blocks are the derivatives of the gradient, except that compression beyond a cap (`ClothModel.cap`
+    over $h^2$) is left out of the stress: inertia keeps the rest positive.
 
     Attributes:
         model: The sheet.
-        workspace: Where the strain at the step's start is, and `stretch` comes to be.
-        over_h: 1 / h [1/s]; 0: without damping.
+        workspace: Holds the strain at the start of the step; `evaluate` writes its `stretch`.
+        over_h: 1 / h [1/s]; 0 for no damping.
         cap: Compression that stays in the Hessian [N m].
 
     Source: Volino, Magnenat-Thalmann, Faure, "A simple approach to nonlinear tensile stiffness for accurate cloth
@@ -38,15 +38,17 @@ class Membrane:
     cap: Float[np.ndarray, " faces"]
 
     def evaluate(self, x: Positions) -> float:
-        """The energy [J]; the gradient is left at the corners of the triangles, `workspace.stretch.corner`."""
+        """Returns the energy [J]; leaves the gradient at the corners of the triangles in `workspace.stretch.corner`
+        [N].
+        """
         work = self.workspace
         membrane(x, tuple(self.model.fabric), work.strain_start, self.over_h, self.cap, tuple(work.stretch))
         return work.stretch.energy.sum()
 
     def blocks(self, ring_bending: Float[np.ndarray, " ring"], out: Float[np.ndarray, " entries9"]) -> None:
-        """Off-diagonal blocks where `evaluate` was called last, added to what bending has there.
+        """Writes the off-diagonal blocks at the last evaluation, added to the entries of bending.
 
-        Each diagonal block is minus the sum of its row: `vertex_kernels.diagonal_blocks` takes it.
+        Each diagonal block is minus the sum of its row, see `vertex_kernels.diagonal_blocks`.
 
         Args:
             ring_bending: The bending matrix on the ring, in the solver's order [N/m].

@@ -1,12 +1,12 @@
-// A close-fitting garment: settled states, blended; animators/agentdress/model.
+// A close-fitting garment as a blend of settled states; animators/agentdress/model.
 
 import { EdgeLimits } from "hemline/edge_limits.js";
 import { intoColumns } from "hemline/kernels.js";
 import { at, multiply, normalised } from "hemline/quaternions.js";
 
-const LEAST_COUNTED = 1e-3, SQUARES = 0.5, LANES = 16, RAD = Math.PI / 180;
+const LEAST_RELEVANCE = 1e-3, SQUARES = 0.5, LANES = 16, RAD = Math.PI / 180;
 const LIFT = 20 * RAD, HANGING = 30 * RAD, RAISED = 75 * RAD, ARMS = [[16, 1], [17, -1]];
-const DEEPEST = 0.03, ASIDE = 0.03; // as in animators/agentdress/model [m]
+const DEEPEST = 0.03, ASIDE = 0.03; // see animators/agentdress/model [m]
 
 export class AgentDress {
   constructor(arrays, metadata, kernels) {
@@ -18,21 +18,21 @@ export class AgentDress {
     this.regions = kernels.floatsOf(arrays.regions);
     this.offset = kernels.floatsOf(arrays.offset);
     this.clearances = kernels.floatsOf(arrays.clearances);
-    this.kept = arrays.clearances.some((clearance) => clearance > -1);
+    this.hasClearances = arrays.clearances.some((clearance) => clearance > -1);
     this.skin = kernels.floats(3 * this.count);
     this.normals = kernels.floats(3 * this.count);
     this.rest = kernels.floats(3 * this.count);
     this.#unpack(arrays["basis.digits"]);
     this.mixed = kernels.floats(this.regionCount * this.columns);
-    this.shares = kernels.floats(this.columns);
+    this.columnWeights = kernels.floats(this.columns);
     this.transforms = kernels.floats(16 * 24);
     this.quaternions = kernels.floats(4 * 24);
-    this.joints = this.#countingJoints();
-    this.known = this.#knownAxes();
+    this.joints = this.#relevantJoints();
+    this.known = this.#poseAxes();
     this.limits = new EdgeLimits(arrays["limits.edges"], arrays["limits.longest"], arrays["limits.free"]);
   }
 
-  /** At rest on a body of any shape: what depends on the shape alone is made anew. */
+  /** Returns the state at rest on a body of any shape, and computes everything that depends on the shape only. */
   start(body) {
     const { rest, rest_effects: restEffects } = this.tables;
     this.rest.set(rest);
@@ -41,65 +41,65 @@ export class AgentDress {
       if (feature !== 0) for (let i = 0; i < this.rest.length; i++) this.rest[i] += feature * restEffects[first + i];
     });
     this.effects = this.#effects(body.betas);
-    this.#under(body.restNormals, this.normals);
+    this.#nearestSkin(body.restNormals, this.normals);
     return { distances: null };
   }
 
-  /** What a shape adds (shape regions, poses, modes); animators/agentdress/shape_samples. */
+  /** Returns the effect of a shape (shape regions, poses, modes); animators/agentdress/shape_samples. */
   #effects(betas) {
     const poses = this.tables["shapes.poses"], bodies = this.tables["shapes.betas"];
     const weights = this.tables["shapes.weights"], [regions, samples, modes] = weights.shape;
     const known = bodies.shape[1], scale = this.tables["shapes.scale"], [reach] = this.tables["shapes.reach"];
-    const query = scaled(features(betas, known).slice(0, known), scale);
+    const query = scaleBetas(features(betas, known).slice(0, known), scale);
     this.shapePoses = poses[samples - 1] + 1;
     const out = new Float32Array(regions * this.shapePoses * modes);
     for (let i = 0; i < samples; i++) {
-      const share = overShapes(scaled(bodies.subarray(i * known, (i + 1) * known), scale), query, reach);
+      const factor = shapeKernel(scaleBetas(bodies.subarray(i * known, (i + 1) * known), scale), query, reach);
       for (let g = 0; g < regions; g++) {
         const from = (g * samples + i) * modes, to = (g * this.shapePoses + poses[i]) * modes;
-        for (let k = 0; k < modes; k++) out[to + k] += share * weights[from + k];
+        for (let k = 0; k < modes; k++) out[to + k] += factor * weights[from + k];
       }
     }
     return out;
   }
 
-  /** The state on a body of another shape. */
-  reshaped(state, body) {
+  /** Returns the state on a body of another shape. */
+  reshape(state, body) {
     return { ...this.start(body), ...state };
   }
 
-  /** The state `dt` later [s]: axes that follow the pose. */
+  /** Returns the state `dt` later [s]: axes that follow the pose. */
   advance(state, body, dt) {
-    const axes = this.#axes(lifted(body.rotations)), { decay_seconds: decay } = this.metadata;
+    const axes = this.#axes(liftArms(body.rotations)), { decay_seconds: decay } = this.metadata;
     if (state.axes && decay > 0) {
-      const kept = Math.fround(Math.exp(-dt / decay));
-      axes.forEach((value, i) => (axes[i] = kept * state.axes[i] + (1 - kept) * value));
+      const remaining = Math.fround(Math.exp(-dt / decay));
+      axes.forEach((value, i) => (axes[i] = remaining * state.axes[i] + (1 - remaining) * value));
     }
     this.distances = this.#distances(axes);
     return { axes };
   }
 
-  /** The vertices of the last `advance`, into the kernels' memory. */
+  /** Writes the vertices of the last `advance` into the memory of the kernels. */
   show(body, vertices) {
-    const { kernels, bones, weights, regions, digits, mixed, rest, offset, transforms, quaternions, shares } = this;
+    const { kernels, bones, weights, regions, digits, mixed, rest, offset, transforms, quaternions, columnWeights } = this;
     this.#mix();
     intoColumns(body.transforms, transforms);
     for (let joint = 0; joint < 24; joint++) quaternions.set(quaternionOf(body.transforms, 12 * joint), 4 * joint);
-    if (this.kept) this.#under(body.vertices, this.skin);
+    if (this.hasClearances) this.#nearestSkin(body.vertices, this.skin);
     kernels.wear(
       bones.byteOffset, weights.byteOffset, regions.byteOffset, this.regionCount, digits.byteOffset, this.columns,
       mixed.byteOffset, rest.byteOffset, offset.byteOffset, transforms.byteOffset, quaternions.byteOffset,
-      shares.byteOffset, this.clearances.byteOffset, this.skin.byteOffset, this.normals.byteOffset, DEEPEST, ASIDE,
+      columnWeights.byteOffset, this.clearances.byteOffset, this.skin.byteOffset, this.normals.byteOffset, DEEPEST, ASIDE,
       this.count, vertices.byteOffset,
     );
   }
 
-  /** Of the body's vertex under each of the garment's. */
-  #under(values, out) {
+  /** Copies values of the vertex of the body nearest to each vertex of the garment. */
+  #nearestSkin(values, out) {
     this.tables.nearest.forEach((vertex, i) => out.set(values.subarray(3 * vertex, 3 * vertex + 3), 3 * i));
   }
 
-  /** Digits (columns, 3, verts), differences along the vertices, to (verts, 3, columns), padded by zeros. */
+  /** Unpacks differences along vertices (columns, 3, verts) to digits (verts, 3, columns), padded by zeros. */
   #unpack(digits) {
     const known = digits.shape[0];
     this.columns = LANES * Math.ceil(known / LANES);
@@ -114,42 +114,42 @@ export class AgentDress {
     }
   }
 
-  /** Joints whose turns count in some region. */
-  #countingJoints() {
+  /** Returns the joints whose rotation matters in some region. */
+  #relevantJoints() {
     const { axes } = this.tables, width = 72;
     return Array.from({ length: 24 }, (_, joint) => joint).filter((joint) => {
       for (let g = 0; g < this.regionCount; g++) {
         const row = axes.subarray(g * width, (g + 1) * width), most = Math.max(...row, 1e-20);
-        if (row.subarray(3 * joint, 3 * joint + 3).some((each) => each / most > LEAST_COUNTED)) return true;
+        if (row.subarray(3 * joint, 3 * joint + 3).some((each) => each / most > LEAST_RELEVANCE)) return true;
       }
       return false;
     });
   }
 
-  /** Axes of the counting joints' frames in the poses of the model (poses, counting, 9). */
-  #knownAxes() {
+  /** Returns the axes of relevant joints in the poses of the model (poses, joints, 9). */
+  #poseAxes() {
     const { rotations } = this.tables, { joints, poseCount } = this;
     const out = new Float32Array(9 * poseCount * joints.length);
     for (let s = 0, to = 0; s < poseCount; s++) {
       for (const joint of joints) {
-        out.set(turnedAxes(rotations.subarray(96 * s + 4 * joint, 96 * s + 4 * joint + 4)), to);
+        out.set(rotationColumns(rotations.subarray(96 * s + 4 * joint, 96 * s + 4 * joint + 4)), to);
         to += 9;
       }
     }
     return out;
   }
 
-  /** Axes of the counting joints' frames in a pose (counting, 9), its heading left out. */
+  /** Returns the axes of relevant joints in a pose (joints, 9), without its heading. */
   #axes(rotations) {
     const out = new Float32Array(9 * this.joints.length);
     this.joints.forEach((joint, k) => {
       const own = at(rotations, joint);
-      out.set(turnedAxes(joint === 0 ? withoutHeading(own) : own), 9 * k);
+      out.set(rotationColumns(joint === 0 ? removeHeading(own) : own), 9 * k);
     });
     return out;
   }
 
-  /** Squared distances (regions, poses) from axes of frames to those of the model's poses (Eq. 7). */
+  /** Returns squared distances (regions, poses) from axes of frames to those of the model's poses (Eq. 7). */
   #distances(followed) {
     const { axes } = this.tables, { poseCount, joints, known, regionCount } = this, squares = [0, 0, 0];
     const out = new Float32Array(regionCount * poseCount);
@@ -168,32 +168,32 @@ export class AgentDress {
     return out;
   }
 
-  /** What each region makes of pose and shape, by columns of the basis [m]. */
+  /** Computes the coefficients of each region for pose and shape, by columns of the basis [m]. */
   #mix() {
     const { tables, metadata, distances, effects, poseCount, regionCount } = this;
     const weights = tables.pose_weights, modes = tables["basis.modes"], scales = tables["basis.scales"];
     const poseModes = weights.shape[2], [shapeRegions, , shapeModes] = tables["shapes.weights"].shape;
     const anchors = this.shapePoses;
-    const told = new Float64Array(poseModes + shapeModes);
+    const coefficients = new Float64Array(poseModes + shapeModes);
     for (let g = 0; g < regionCount; g++) {
       const row = Float64Array.from(distances.subarray(g * poseCount, (g + 1) * poseCount));
-      told.fill(0);
+      coefficients.fill(0);
       for (let s = 0; s < poseCount; s++) {
-        const share = 1 / (1 + row[s] / metadata.width ** 2), first = (g * poseCount + s) * poseModes;
-        for (let k = 0; k < poseModes; k++) told[k] += share * weights[first + k];
+        const factor = 1 / (1 + row[s] / metadata.width ** 2), first = (g * poseCount + s) * poseModes;
+        for (let k = 0; k < poseModes; k++) coefficients[k] += factor * weights[first + k];
       }
-      const shares = this.#anchorShares(row.subarray(0, anchors)), region = Math.min(g, shapeRegions - 1);
+      const anchorWeights = this.#anchorWeights(row.subarray(0, anchors)), region = Math.min(g, shapeRegions - 1);
       for (let s = 0; s < anchors; s++) {
         const first = (region * anchors + s) * shapeModes;
-        if (shares[s] === 0) continue;
-        for (let k = 0; k < shapeModes; k++) told[poseModes + k] += shares[s] * effects[first + k];
+        if (anchorWeights[s] === 0) continue;
+        for (let k = 0; k < shapeModes; k++) coefficients[poseModes + k] += anchorWeights[s] * effects[first + k];
       }
-      for (let k = 0; k < modes.length; k++) this.mixed[g * this.columns + k] = told[modes[k]] * scales[k];
+      for (let k = 0; k < modes.length; k++) this.mixed[g * this.columns + k] = coefficients[modes[k]] * scales[k];
     }
   }
 
-  /** What each anchor counts for in what the shape adds: a kernel, or the nearest ones blended (Eq. 8). */
-  #anchorShares(distances) {
+  /** Returns the weight of each anchor in the effect of the shape: a kernel, or a blend of the nearest ones (Eq. 8). */
+  #anchorWeights(distances) {
     const { shape_model: model, shape_width: width, neighbours, power, floor } = this.metadata;
     if (model === "kernel") return distances.map((each) => 1 / (1 + each / width ** 2));
     const sorted = distances.slice().sort(), farthest = sorted[Math.min(neighbours, sorted.length) - 1];
@@ -204,40 +204,40 @@ export class AgentDress {
 }
 
 /** The kernel over shapes; animators/agentdress/shape_samples. */
-function overShapes(one, other, reach) {
+function shapeKernel(one, other, reach) {
   const sum = (value) => one.reduce((total, _, i) => total + value(one[i], other[i]), 0);
   if (reach === 0) return sum((a, b) => a * b + SQUARES * SQUARES * a * a * b * b);
   const area = reach * reach, k = (square) => 1 / (1 + square / area);
   return area * (k(sum((a, b) => (a - b) ** 2)) - k(sum((a) => a * a)) * k(sum((_, b) => b * b)));
 }
 
-/** Betas as bodies are compared by them: times a symmetric matrix; animators/agentdress/shape_distance. */
-function scaled(betas, scale) {
+/** Multiplies betas by a symmetric matrix, for distances between shapes; animators/agentdress/shape_distance. */
+function scaleBetas(betas, scale) {
   const count = betas.length;
   return Float64Array.from(betas, (_, j) => betas.reduce((sum, beta, i) => sum + beta * scale[i * count + j], 0));
 }
 
-/** (beta, beta^2) of so many betas, zeros where there are fewer. */
+/** Returns (beta, beta^2) for a number of betas; missing ones are zero. */
 function features(betas, count) {
   const known = Array.from({ length: count }, (_, i) => betas[i] ?? 0);
   return [...known, ...known.map((beta) => beta * beta)].map(Math.fround);
 }
 
-/** The rotations with upper arms that hang lifted off the torso; bodies/lifted_arms. */
-function lifted(rotations) {
+/** Returns rotations with hanging upper arms lifted off the torso; bodies/lifted_arms. */
+function liftArms(rotations) {
   const out = Float64Array.from(rotations);
   for (const [joint, side] of ARMS) {
     const [w, x, y, z] = at(rotations, joint);
     const hanging = Math.acos(Math.min(1, Math.max(-1, -2 * side * (x * y + w * z))));
-    const share = Math.min(1, Math.max(0, (hanging - HANGING) / (RAISED - HANGING)));
-    const half = 0.5 * LIFT * (1 - share * share * (3 - 2 * share)), c = Math.cos(half), s = side * Math.sin(half);
+    const fraction = Math.min(1, Math.max(0, (hanging - HANGING) / (RAISED - HANGING)));
+    const half = 0.5 * LIFT * (1 - fraction * fraction * (3 - 2 * fraction)), c = Math.cos(half), s = side * Math.sin(half);
     out.set([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], 4 * joint);
   }
   return out;
 }
 
-/** The columns of the matrix of a unit quaternion, one after the other. */
-function turnedAxes([w, x, y, z]) {
+/** Returns the columns of the matrix of a unit quaternion, one after another. */
+function rotationColumns([w, x, y, z]) {
   return [
     1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y),
     2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x),
@@ -245,13 +245,13 @@ function turnedAxes([w, x, y, z]) {
   ];
 }
 
-/** A rotation without its turn about the vertical. */
-function withoutHeading([w, x, y, z]) {
+/** Removes the rotation about the vertical. */
+function removeHeading([w, x, y, z]) {
   const length = Math.sqrt(w * w + y * y);
   return length < 1e-9 ? [w, x, y, z] : multiply([w / length, 0, -y / length, 0], [w, x, y, z]);
 }
 
-/** The quaternion of a transform; bodies/dual_quaternion_kernels. */
+/** Returns the quaternion of a transform; bodies/dual_quaternion_kernels. */
 function quaternionOf(m, f) {
   const xx = m[f], yy = m[f + 5], zz = m[f + 10];
   const squares = [1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz];

@@ -1,16 +1,16 @@
-// The body: shape, pose, skin. As `hemline.bodies`, in the same steps.
+// The body: shape, pose and skin, in the same steps as `hemline.bodies`.
 
 import { intoColumns } from "hemline/kernels.js";
 import { at, inverse, multiply, normalised, toMatrix } from "hemline/quaternions.js";
 
 export const JOINTS = 24;
-const SAMPLED = 24; // every so many-th vertex of the skin is a place from which the push seeks anew
+const SAMPLE_INTERVAL = 24; // interval of the vertices of the skin from which the push starts its search
 
-/** A skinned mesh; `reshape` gives it a shape, `pose` a pose. Its arrays are overwritten by the next. */
+/** A skinned mesh with a shape and a pose; `reshape` and `pose` overwrite its arrays. */
 export class Body {
   constructor(arrays, kernels) {
     this.kernels = kernels;
-    this.base = arrays; // template and joints are those of the shape that the page was made for
+    this.base = arrays; // template and joints have the shape that the page was written for
     this.parents = arrays.parents;
     this.offsets = Array.from({ length: JOINTS }, (_, joint) => at(arrays.rest_offsets, joint));
     this.count = arrays.template.length / 3;
@@ -18,7 +18,7 @@ export class Body {
     this.bones = kernels.bytesOf(arrays.weight_indices);
     this.weights = kernels.floatsOf(arrays.weights);
     this.rest = kernels.floats(3 * this.count);
-    this.moved = arrays.posedirs ? kernels.floats(3 * this.count) : this.rest; // rest with what the pose adds to it
+    this.moved = arrays.posedirs ? kernels.floats(3 * this.count) : this.rest; // rest with pose offsets
     this.posedirs = arrays.posedirs && kernels.floatsOf(arrays.posedirs);
     this.restNormals = kernels.floats(3 * this.count);
     this.vertices = kernels.floats(3 * this.count);
@@ -30,7 +30,7 @@ export class Body {
     this.reshape(arrays.betas);
   }
 
-  /** Another shape. */
+  /** Changes the shape. */
   reshape(betas) {
     const { template, joints, shapedirs, shapedirs_scales: scales, joint_shapedirs: jointDirs } = this.base;
     this.betas = Float32Array.from(this.base.betas, (_, i) => betas[i] ?? 0);
@@ -49,7 +49,7 @@ export class Body {
     this.legLength = this.#legLength();
   }
 
-  /** The pose whose mesh is the mesh at rest. */
+  /** Returns the pose whose mesh is the mesh at rest. */
   restPose() {
     const rotations = this.offsets.map((offset, joint) => {
       return multiply(joint === 0 ? [1, 0, 0, 0] : this.offsets[this.parents[joint]], inverse(offset));
@@ -57,16 +57,16 @@ export class Body {
     return { rotations: Float32Array.from(rotations.flat()), translation: this.restJoints.slice(0, 3) };
   }
 
-  /** Skin transforms and joints of a pose: what animators see. The mesh is made by `skin`. */
+  /** Computes skin transforms and joints of a pose, which animators use; `skin` makes the mesh. */
   pose({ rotations, translation }) {
-    const turned = [], matrices = [], places = [];
+    const globalRotations = [], matrices = [], places = [];
     for (let joint = 0; joint < JOINTS; joint++) {
       const parent = this.parents[joint], own = at(rotations, joint);
       if (parent < 0) {
-        turned.push(own);
+        globalRotations.push(own);
         places.push([...translation]);
       } else {
-        turned.push(multiply(turned[parent], own));
+        globalRotations.push(multiply(globalRotations[parent], own));
         const m = matrices[parent];
         const bone = [0, 1, 2].map((c) => this.restJoints[3 * joint + c] - this.restJoints[3 * parent + c]);
         places.push([0, 1, 2].map((row) => {
@@ -75,8 +75,8 @@ export class Body {
           return place;
         }));
       }
-      turned[joint] = normalised(turned[joint]);
-      matrices.push(toMatrix(multiply(turned[joint], this.offsets[joint])));
+      globalRotations[joint] = normalised(globalRotations[joint]);
+      matrices.push(toMatrix(multiply(globalRotations[joint], this.offsets[joint])));
       for (let row = 0; row < 3; row++) {
         let shift = places[joint][row];
         for (let c = 0; c < 3; c++) {
@@ -90,7 +90,7 @@ export class Body {
     this.rotations = rotations;
   }
 
-  /** The mesh and its normals in the pose; the normals are those at rest, turned. */
+  /** Computes the mesh in the pose, and its normals by rotating those at rest. */
   skin() {
     const { kernels, bones, weights, columns, moved, restNormals, count, vertices, normals } = this;
     intoColumns(this.transforms, columns);
@@ -101,7 +101,7 @@ export class Body {
     );
   }
 
-  /** The skin at rest with what the pose adds to it, sum of P_jk (R_j - 1)_k (SMPL, Eq. 9), into `moved`. */
+  /** Adds the pose offsets to the skin at rest, sum of P_jk (R_j - 1)_k (SMPL, Eq. 9), into `moved`. */
   bend() {
     if (!this.posedirs) return;
     this.moved.set(this.rest);
@@ -114,7 +114,7 @@ export class Body {
     }
   }
 
-  /** The triangles around each vertex of the skin, by their two other corners, and some vertices spread over it. */
+  /** Lists the triangles around each vertex by their other corners, and some vertices spread over the skin. */
   #connect() {
     const starts = new Int32Array(this.count + 1);
     this.faces.forEach((vertex) => starts[vertex + 1]++);
@@ -125,14 +125,14 @@ export class Body {
       around[place] = this.faces[first + ((corner + 1) % 3)];
       around[place + 1] = this.faces[first + ((corner + 2) % 3)];
     });
-    const samples = Int32Array.from({ length: Math.ceil(this.count / SAMPLED) }, (_, i) => SAMPLED * i);
+    const samples = Int32Array.from({ length: Math.ceil(this.count / SAMPLE_INTERVAL) }, (_, i) => SAMPLE_INTERVAL * i);
     Object.assign(this, { starts: this.kernels.wordsOf(starts), around: this.kernels.wordsOf(around) });
     this.samples = this.kernels.wordsOf(samples);
   }
 
-  /** Hip to knee to ankle, mean of both legs [m]. */
+  /** Returns the length from hip to knee to ankle, mean of both legs [m]. */
   #legLength() {
-    const way = (a, b) => Math.hypot(...[0, 1, 2].map((c) => this.restJoints[3 * a + c] - this.restJoints[3 * b + c]));
-    return (way(1, 4) + way(4, 7) + way(2, 5) + way(5, 8)) / 2;
+    const span = (a, b) => Math.hypot(...[0, 1, 2].map((c) => this.restJoints[3 * a + c] - this.restJoints[3 * b + c]));
+    return (span(1, 4) + span(4, 7) + span(2, 5) + span(5, 8)) / 2;
   }
 }

@@ -1,19 +1,19 @@
-// Where the bones come from: ropes, learned bones, or a smooth change between them; animators/ropes/bone_source.
+// Source of the bones: ropes, learned bones, or a smooth transition between both; animators/ropes/bone_source.
 
 import { rigidBetween } from "hemline/chains.js";
 import { intoJoint } from "hemline/joint_frames.js";
 
-const GRAVITY = [0, -9.81, 0], NEAR = 0.1, FAR = 0.3, ROPES_STRETCH = 1.1, PAIRS_STRETCH = 1.02, LIMIT_SWEEPS = 4;
+const GRAVITY = [0, -9.81, 0], BEYOND_LOW = 0.1, BEYOND_HIGH = 0.3, ROPES_STRETCH = 1.1, PAIRS_STRETCH = 1.02, LIMIT_SWEEPS = 4;
 const SECONDS_TO_ROPES = 0.5, SECONDS_TO_LEARNED = 2, SECONDS_TO_FOLLOW = 0.1;
 
-/** Displacements of all bones from rest in the frame of the key joint. States are never changed in place. */
+/** Makes displacements of all bones from rest, in the frame of the key joint. States are never changed in place. */
 export class BoneSource {
   constructor(chains, correction, learned, restBones) {
     Object.assign(this, { chains, correction, learned, rest: restBones });
     this.free = Array.from(chains.parents.keys()).filter((node) => chains.parents[node] >= 0);
   }
 
-  /** Whether something pulls that learned bones have not seen. */
+  /** Whether there is a force that learned bones were not trained with. */
   get unknownForces() {
     const { wind, gravity } = this.chains.constants;
     return wind.some((each) => each !== 0) || gravity.some((each, d) => each !== GRAVITY[d]);
@@ -22,34 +22,34 @@ export class BoneSource {
   start(frames) {
     const ropes = this.chains.start(frames);
     const learned = this.learned && this.learned.start(this.#freeOf(ropes.positions), frames);
-    return { ropes, learned, share: this.unknownForces ? 1 : 0 };
+    return { ropes, learned, fraction: this.unknownForces ? 1 : 0 };
   }
 
-  /** The state `dt` later [s] and the displacements, float32. */
+  /** Returns the state `dt` later [s] and the displacements, float32. */
   step(state, frames, dt) {
     const { chains } = this;
     if (!this.learned) {
       const ropes = chains.step(state.ropes, frames, dt);
-      return [{ ropes, learned: null, share: state.share }, this.#together(this.#corrected(ropes, frames))];
+      return [{ ropes, learned: null, fraction: state.fraction }, this.#limitDisplacements(this.#correct(ropes, frames))];
     }
-    let shared = state.learned;
-    if (chains.jumped(shared.bodies[2], frames, dt)) shared = carriedAlong(shared, frames, chains.key);
-    const made = this.learned.step(shared, frames, dt), positions = new Float64Array(3 * chains.count);
+    let before = state.learned;
+    if (chains.teleported(before.bodies[2], frames, dt)) before = followTeleport(before, frames, chains.key);
+    const result = this.learned.step(before, frames, dt), positions = new Float64Array(3 * chains.count);
     const put = (nodes, values) => nodes.forEach((node, k) => positions.set(values.subarray(3 * k, 3 * k + 3), 3 * node));
-    put(chains.kinematic, chains.carried(frames));
-    put(this.free, made.positions);
-    this.#limitMade(made, positions);
-    const share = this.#share(state.share, made.beyond, dt);
+    put(chains.kinematic, chains.kinematicPositions(frames));
+    put(this.free, result.positions);
+    this.#limitResult(result, positions);
+    const fraction = this.#nextFraction(state.fraction, result.beyond, dt);
     let { ropes } = state;
-    if (state.share > 0) ropes = chains.step(ropes, frames, dt);
-    else if (share > 0) ropes = this.#takenOver(made, frames, shared, dt);
-    let moved = this.#displaced(positions, frames), learned = made.state;
-    if (share > 0) {
-      const weight = Math.fround(share * share * (3 - 2 * share)), corrected = this.#corrected(ropes, frames);
-      moved = this.#together(moved.map((value, n) => (1 - weight) * value + weight * corrected[n]));
-      learned = this.#following(made, ropes, share, dt);
+    if (state.fraction > 0) ropes = chains.step(ropes, frames, dt);
+    else if (fraction > 0) ropes = this.#ropesFrom(result, frames, before, dt);
+    let moved = this.#displacements(positions, frames), learned = result.state;
+    if (fraction > 0) {
+      const weight = Math.fround(fraction * fraction * (3 - 2 * fraction)), corrected = this.#correct(ropes, frames);
+      moved = this.#limitDisplacements(moved.map((value, n) => (1 - weight) * value + weight * corrected[n]));
+      learned = this.#drawToRopes(result, ropes, fraction, dt);
     }
-    return [{ ropes, learned, share }, moved];
+    return [{ ropes, learned, fraction }, moved];
   }
 
   #freeOf(positions) {
@@ -58,19 +58,19 @@ export class BoneSource {
     return out;
   }
 
-  /** What learned bones made, with bones no farther apart than the cloth allows. */
-  #limitMade(made, positions) {
+  /** Limits the distances between learned bones to those that the cloth allows. */
+  #limitResult(result, positions) {
     if (this.#limit(positions) === 0) return;
-    made.positions = this.#freeOf(positions);
-    if (made.state.elapsed === 0) made.state = { ...made.state, positions: [made.state.positions[0], made.positions] };
+    result.positions = this.#freeOf(positions);
+    if (result.state.elapsed === 0) result.state = { ...result.state, positions: [result.state.positions[0], result.positions] };
   }
 
-  #together(moved) {
+  #limitDisplacements(moved) {
     const positions = this.rest.map((place, n) => place + moved[n]);
     return this.#limit(positions) === 0 ? moved : moved.map((_, n) => positions[n] - this.rest[n]);
   }
 
-  /** Bring bones together as far as the cloth asks, in place; the largest excess before. */
+  /** Moves bones together as far as the cloth requires, in place; returns the largest excess before. */
   #limit(positions) {
     const { parents, lengths, pairs, pairSpans } = this.chains;
     let worst = 0;
@@ -81,9 +81,9 @@ export class BoneSource {
         if (span <= most || forA + forB === 0) continue;
         if (sweep === 0) worst = Math.max(worst, span / most - 1);
         const pull = (span - most) / (span * (forA + forB));
-        [x, y, z].forEach((way, d) => {
-          positions[3 * a + d] += forA * pull * way;
-          positions[3 * b + d] -= forB * pull * way;
+        [x, y, z].forEach((component, d) => {
+          positions[3 * a + d] += forA * pull * component;
+          positions[3 * b + d] -= forB * pull * component;
         });
       }
       for (let i = 0; i < parents.length; i++) {
@@ -91,25 +91,25 @@ export class BoneSource {
         const most = ROPES_STRETCH * lengths[i], [x, y, z, span] = apart(positions, parents[i], i);
         if (span <= most) continue;
         if (sweep === 0) worst = Math.max(worst, span / most - 1);
-        [x, y, z].forEach((way, d) => (positions[3 * i + d] = positions[3 * parents[i] + d] + (most / span) * way));
+        [x, y, z].forEach((component, d) => (positions[3 * i + d] = positions[3 * parents[i] + d] + (most / span) * component));
       }
       if (worst === 0) break;
     }
     return worst;
   }
 
-  #share(now, beyond, dt) {
-    const wanted = this.unknownForces ? 1 : Math.min(Math.max((beyond - NEAR) / (FAR - NEAR), 0), 1);
+  #nextFraction(now, beyond, dt) {
+    const wanted = this.unknownForces ? 1 : Math.min(Math.max((beyond - BEYOND_LOW) / (BEYOND_HIGH - BEYOND_LOW), 0), 1);
     return now + Math.min(Math.max(wanted - now, -dt / SECONDS_TO_LEARNED), dt / SECONDS_TO_ROPES);
   }
 
-  /** Ropes where the learned bones are, as fast as those. */
-  #takenOver(made, frames, before, dt) {
+  /** Returns the state of ropes with positions and velocities of the learned bones. */
+  #ropesFrom(result, frames, before, dt) {
     const state = this.chains.start(frames), { kinematic } = this.chains, velocities = new Float64Array(3 * this.chains.count);
-    const last = this.chains.carried(before.bodies[2]), rates = new Float64Array(last.length);
+    const last = this.chains.kinematicPositions(before.bodies[2]), rates = new Float64Array(last.length);
     this.free.forEach((node, k) => {
-      state.positions.set(made.positions.subarray(3 * k, 3 * k + 3), 3 * node);
-      velocities.set(made.velocities.subarray(3 * k, 3 * k + 3), 3 * node);
+      state.positions.set(result.positions.subarray(3 * k, 3 * k + 3), 3 * node);
+      velocities.set(result.velocities.subarray(3 * k, 3 * k + 3), 3 * node);
     });
     kinematic.forEach((node, k) => {
       for (let d = 0; d < 3; d++) {
@@ -120,28 +120,28 @@ export class BoneSource {
     return { ...state, velocities, kinematicVelocities: rates, kinematicRates: rates.slice(), lastDt: dt };
   }
 
-  /** Learned bones drawn to where the ropes are, the faster the farther those have taken over. */
-  #following(made, ropes, share, dt) {
-    const now = this.#freeOf(ropes.positions), speed = this.#freeOf(ropes.velocities), back = made.state.elapsed;
-    const drawn = share === 1 ? 1 : 1 - Math.exp((-share * dt) / SECONDS_TO_FOLLOW);
+  /** Returns learned bones drawn towards the ropes, faster with a larger fraction of ropes. */
+  #drawToRopes(result, ropes, fraction, dt) {
+    const now = this.#freeOf(ropes.positions), speed = this.#freeOf(ropes.velocities), back = result.state.elapsed;
+    const weight = fraction === 1 ? 1 : 1 - Math.exp((-fraction * dt) / SECONDS_TO_FOLLOW);
     const positions = [back + this.learned.seconds, back].map((earlier, which) => {
-      return made.state.positions[which].map((value, n) => (1 - drawn) * value + drawn * (now[n] - speed[n] * earlier));
+      return result.state.positions[which].map((value, n) => (1 - weight) * value + weight * (now[n] - speed[n] * earlier));
     });
-    return { ...made.state, positions };
+    return { ...result.state, positions };
   }
 
-  #displaced(positions, frames) {
+  #displacements(positions, frames) {
     return Float32Array.from(intoJoint(frames, this.chains.key, positions), (value, n) => value - this.rest[n]);
   }
 
-  #corrected(ropes, frames) {
-    const moved = this.#displaced(ropes.positions, frames), change = this.correction.run(moved);
+  #correct(ropes, frames) {
+    const moved = this.#displacements(ropes.positions, frames), change = this.correction.run(moved);
     return moved.map((value, n) => value + change[n]);
   }
 }
 
-/** The state of learned bones moved rigidly, past and all, to where the key joint now is. */
-function carriedAlong(state, frames, key) {
+/** Returns the state of learned bones, with its past, moved rigidly with the key joint. */
+function followTeleport(state, frames, key) {
   const move = rigidBetween(state.bodies[2], frames, key), from = state.bodies[2], f = 12 * key;
   const bodies = state.bodies.map((body) => {
     const out = new Float64Array(body.length);

@@ -1,4 +1,4 @@
-// Rope chains: all that is simulated of them; animators/ropes/rope_step_kernels, kick_kernels, dynamics and chains.
+// Simulation of rope chains; animators/ropes/rope_step_kernels, kick_kernels, dynamics and chains.
 
 import { PlacedCones } from "hemline/cones.js";
 import { Contact } from "hemline/contact.js";
@@ -10,7 +10,7 @@ import { moveNode } from "hemline/turns.js";
 const SPEED_LIMIT = 200, LONGEST_FRAME = 1 / 24, TELEPORT_SPEED = 30;
 
 export class Chains {
-  /** `arrays` and `constants` as `web/ropes_part.py` wrote them. */
+  /** `arrays` and `constants` are those that `web/ropes_part.py` writes. */
   constructor(arrays, constants, key) {
     Object.assign(this, {
       constants, key, offsets: arrays.offsets, lengths: arrays.lengths, restSpans: arrays.rest_spans,
@@ -26,12 +26,12 @@ export class Chains {
     this.work = {
       springs: numbers(3), accelerations: numbers(3), starts: numbers(3), ends: numbers(3), directions: numbers(3),
       spans: numbers(), slack: numbers(), diagonal: numbers(), beside: numbers(), wanted: numbers(), upper: numbers(),
-      impulses: numbers(), taut: flags(), held: flags(), active: flags(), free: flags(),
+      impulses: numbers(), taut: flags(), pulling: flags(), active: flags(), free: flags(),
       chainFrames: new Float64Array(9 * this.joints.length), rootVelocities: new Float64Array(3 * this.joints.length),
     };
   }
 
-  /** Hanging as at rest on a body whose skin transforms are `frames`; they move along with it from the first step on. */
+  /** Returns the state at rest on a body with the skin transforms `frames`. */
   start(frames) {
     const f = 12 * this.key, positions = new Float64Array(this.rest.length);
     for (let n = 0; n < positions.length; n += 3) {
@@ -41,7 +41,7 @@ export class Chains {
           + this.rest[n + 2] * frames[row + 2] + frames[row + 3];
       }
     }
-    this.#put(this.carried(frames), positions);
+    this.#setKinematic(this.kinematicPositions(frames), positions);
     const still = new Float64Array(3 * this.kinematic.length);
     return {
       positions, velocities: new Float64Array(positions.length), tensions: this.restTensions.slice(), frames,
@@ -49,8 +49,8 @@ export class Chains {
     };
   }
 
-  /** The kinematic bones on a body. */
-  carried(frames) {
+  /** Returns the positions of the kinematic bones on a body. */
+  kinematicPositions(frames) {
     const { carriageWeights: weights, carriageRest: rest } = this, out = new Float64Array(rest.length);
     for (let k = 0; 3 * k < rest.length; k++) {
       for (let a = 0; a < 3; a++) {
@@ -68,15 +68,15 @@ export class Chains {
     return out;
   }
 
-  /** The state at a posed body, `dt` later [s]; the state before is not changed. */
+  /** Returns the state `dt` later [s] on a posed body; the previous state is not changed. */
   step(before, frames, dt) {
-    let state = this.jumped(before.frames, frames, dt) ? this.#carriedAlong(before, frames) : before;
-    const motion = this.#driven(state, frames, dt), { kinematic } = this;
+    let state = this.teleported(before.frames, frames, dt) ? this.#followTeleport(before, frames) : before;
+    const motion = this.#kinematicMotion(state, frames, dt), { kinematic } = this;
     const positions = state.positions.slice(), velocities = state.velocities.slice(), tensions = state.tensions.slice();
     if (state.lastDt === 0) this.#moveAlong(motion.startRates, velocities);
     this.#advance(state.frames, frames, motion, dt, positions, velocities, tensions);
     const kinematicRates = motion.ends.map((end, i) => (end - motion.starts[i]) / dt);
-    this.#put(motion.ends, positions);
+    this.#setKinematic(motion.ends, positions);
     for (let k = 0; k < kinematic.length; k++) {
       for (let d = 0; d < 3; d++) velocities[3 * kinematic[k] + d] = motion.endRates[3 * k + d];
     }
@@ -85,37 +85,37 @@ export class Chains {
     };
   }
 
-  /** Whether the key joint came farther between two poses than a body moves. */
-  jumped(from, to, dt) {
+  /** Whether the key joint moved farther between two poses than a body can. */
+  teleported(from, to, dt) {
     let total = 0;
     for (let a = 0; a < 3; a++) {
       const row = 12 * this.key + 4 * a;
-      let way = to[row + 3] - from[row + 3];
-      for (let b = 0; b < 3; b++) way += (to[row + b] - from[row + b]) * this.pivots[3 * this.key + b];
-      total += way * way;
+      let distance = to[row + 3] - from[row + 3];
+      for (let b = 0; b < 3; b++) distance += (to[row + b] - from[row + b]) * this.pivots[3 * this.key + b];
+      total += distance * distance;
     }
     return Math.sqrt(total) > Math.max(this.constants.teleport, TELEPORT_SPEED * dt);
   }
 
-  /** The state moved rigidly with the key joint, its velocities relative to it, no history. */
-  #carriedAlong(state, frames) {
+  /** Returns the state moved rigidly with the key joint, with relative velocities and without history. */
+  #followTeleport(state, frames) {
     const move = rigidBetween(state.frames, frames, this.key), positions = move.points(state.positions);
-    this.#put(this.carried(frames), positions);
+    this.#setKinematic(this.kinematicPositions(frames), positions);
     const mean = [0, 1, 2].map((d) => meanOf(state.kinematicVelocities, d));
     const velocities = move.vectors(state.velocities.map((value, n) => value - mean[n % 3]));
     return { ...state, positions, velocities, frames, lastDt: 0 };
   }
 
-  /** Without a history the garment moves along with its roots at first. */
+  /** Adds the mean velocity of the roots, for a state without history. */
   #moveAlong(rates, velocities) {
     const first = 3 * this.offsets[0];
     const mean = [0, 1, 2].map((d) => meanOf(rates.subarray(first), d));
     for (let n = 0; n < velocities.length; n++) velocities[n] += mean[n % 3];
   }
 
-  /** Where the body takes the kinematic bones in a step: positions and velocities at both ends. */
-  #driven(state, frames, dt) {
-    const ends = this.carried(frames), length = ends.length, { lastDt } = state;
+  /** Returns positions and velocities of the kinematic bones at both ends of a step. */
+  #kinematicMotion(state, frames, dt) {
+    const ends = this.kinematicPositions(frames), length = ends.length, { lastDt } = state;
     const starts = new Float64Array(length), startRates = new Float64Array(length), endRates = new Float64Array(length);
     for (let n = 0; n < length; n++) {
       starts[n] = state.positions[3 * this.kinematic[Math.floor(n / 3)] + (n % 3)];
@@ -148,9 +148,9 @@ export class Chains {
     for (let c = 0; c < chains; c++) readChain(w, offsets[c], offsets[c + 1], lengths, inverse, positions);
     springAccelerations(this, w, h, tensions, positions);
     for (let step = 0; step < steps; step++) {
-      const share = (step + 1) / steps;
+      const fraction = (step + 1) / steps;
       w.starts.set(positions);
-      this.#placeKinematic(motion, dt, share, positions, w.ends);
+      this.#placeKinematic(motion, dt, fraction, positions, w.ends);
       for (let c = 0; c < chains; c++) {
         for (let d = 0, n = 3 * offsets[c]; d < 3; d++, n++) {
           w.rootVelocities[3 * c + d] = (positions[n] - w.starts[n]) / h;
@@ -158,11 +158,11 @@ export class Chains {
       }
       externalAccelerations(this, w, h, w.starts, velocities);
       this.#kick(h, false, velocities, tensions);
-      framesBetween(from, to, this.pivots, share, after);
+      framesBetween(from, to, this.pivots, fraction, after);
       placed.place(before, after);
       for (let c = 0; c < chains; c++) {
         const a = offsets[c], b = offsets[c + 1];
-        for (let i = a + 1; i < b; i++) moveNode(i, lengths[i], w.held[i], project, h, w.starts, velocities, positions);
+        for (let i = a + 1; i < b; i++) moveNode(i, lengths[i], w.pulling[i], project, h, w.starts, velocities, positions);
         const hit = contact.resolve(a, b, lengths, margins, before, after, h, w.starts, positions, velocities);
         for (let d = 0; d < 3; d++) w.rootVelocities[3 * c + d] = w.ends[3 * a + d];
         readChain(w, a, b, lengths, inverse, positions);
@@ -188,7 +188,7 @@ export class Chains {
         w.accelerations[3 * a + d] = ((w.rootVelocities[3 * c + d] - velocities[3 * a + d]) * 2) / h;
       }
       w.free.fill(0, a, b);
-      // how fast the ropes turn half a step later depends on the tensions: first without, then with that
+      // tensions change the rotation half a step later: solve first without, then with that change
       for (let attempt = 0; attempt < 2; attempt++) {
         tensionDemand(w, a, b, inverse, tensions, velocities, h, 0.5 * h * attempt, w.wanted);
         const sweeps = constants.tension_sweeps;
@@ -196,8 +196,8 @@ export class Chains {
         else solveDirect(w, a, b, w.wanted, w.free, tensions);
       }
       for (let i = a; i < b; i++) {
-        w.held[i] = i > a && tensions[i] > 0 ? 1 : 0;
-        w.free[i] = second && w.held[i] ? 1 : 0;
+        w.pulling[i] = i > a && tensions[i] > 0 ? 1 : 0;
+        w.free[i] = second && w.pulling[i] ? 1 : 0;
         for (let n = 3 * i; n < 3 * i + 3; n++) velocities[n] += 0.5 * h * w.accelerations[n];
       }
       pull(w, a, b, inverse, tensions, 0.5 * h, velocities);
@@ -223,15 +223,15 @@ export class Chains {
         const x = velocities[n] - velocities[r], y = velocities[n + 1] - velocities[r + 1];
         const z = velocities[n + 2] - velocities[r + 2], speed = Math.sqrt(x * x + y * y + z * z);
         if (speed <= SPEED_LIMIT) continue;
-        const share = SPEED_LIMIT / speed;
-        velocities[n] = velocities[r] + share * x;
-        velocities[n + 1] = velocities[r + 1] + share * y;
-        velocities[n + 2] = velocities[r + 2] + share * z;
+        const fraction = SPEED_LIMIT / speed;
+        velocities[n] = velocities[r] + fraction * x;
+        velocities[n + 1] = velocities[r + 1] + fraction * y;
+        velocities[n + 2] = velocities[r + 2] + fraction * z;
       }
     }
   }
 
-  /** The kinematic bones at a share of the step (cubic Hermite). */
+  /** Places the kinematic bones at a fraction of the step (cubic Hermite). */
   #placeKinematic({ starts, ends, startRates, endRates }, dt, s, positions, velocities) {
     const a = 1 - s * s * (3 - 2 * s), b = s * s * (3 - 2 * s);
     const c = s * (1 - s) * (1 - s) * dt, d = s * s * (s - 1) * dt;
@@ -252,13 +252,13 @@ export class Chains {
     });
   }
 
-  /** Set the kinematic ones of all bones. */
-  #put(carried, positions) {
-    this.kinematic.forEach((node, k) => positions.set(carried.subarray(3 * k, 3 * k + 3), 3 * node));
+  /** Copies positions of the kinematic bones into those of all bones. */
+  #setKinematic(kinematicPositions, positions) {
+    this.kinematic.forEach((node, k) => positions.set(kinematicPositions.subarray(3 * k, 3 * k + 3), 3 * node));
   }
 }
 
-/** The rigid motion that takes what a joint carries from some frames to others. */
+/** Returns the rigid motion of a joint from some frames to others. */
 export function rigidBetween(from, to, joint) {
   const f = 12 * joint, turn = new Float64Array(9);
   for (let a = 0; a < 3; a++) {

@@ -1,10 +1,10 @@
-// Rounded cones: what bones collide with; collide/primitives/primitive_kernels and animators/ropes/placed_kernels.
+// Rounded cones, the colliders of bones; collide/primitives/primitive_kernels and animators/ropes/placed_kernels.
 // Shapes are (cones, 16): centres a and b, radii there.
 
-import { point, toRest, toWorld, turned } from "hemline/joint_frames.js";
+import { point, toRest, toWorld, rotateToWorld } from "hemline/joint_frames.js";
 
-/** Distance to a cone in the rest frame of its joint, and its gradient: `found`. */
-export const found = new Float64Array(4);
+/** Result of `distance`: the distance to a cone in the rest frame of its joint, and its gradient. */
+export const closest = new Float64Array(4);
 
 export function distance(shapes, k, x, y, z) {
   const s = 16 * k;
@@ -26,41 +26,41 @@ export function distance(shapes, k, x, y, z) {
     } else if (foot > 0) {
       let size = q;
       if (q < 1e-12) {
-        // on the axis: any direction across it will do
+        // on the axis, any direction across it will do
         qx = uy - uz, qy = uz - ux, qz = ux - uy;
         if (Math.abs(qx) + Math.abs(qy) + Math.abs(qz) < 1e-6) qx = uy, qy = -ux, qz = 0;
         size = Math.sqrt(qx * qx + qy * qy + qz * qz);
       }
       const side = cosine / size;
-      found[0] = q * cosine + along * slope - shapes[s + 6];
-      found[1] = side * qx + slope * ux, found[2] = side * qy + slope * uy, found[3] = side * qz + slope * uz;
+      closest[0] = q * cosine + along * slope - shapes[s + 6];
+      closest[1] = side * qx + slope * ux, closest[2] = side * qy + slope * uy, closest[3] = side * qz + slope * uz;
       return;
     }
   }
   const size = Math.sqrt(px * px + py * py + pz * pz);
   if (size < 1e-12) {
-    found[0] = -radius, found[1] = 0, found[2] = 1, found[3] = 0;
+    closest[0] = -radius, closest[1] = 0, closest[2] = 1, closest[3] = 0;
     return;
   }
-  found[0] = size - radius, found[1] = px / size, found[2] = py / size, found[3] = pz / size;
+  closest[0] = size - radius, closest[1] = px / size, closest[2] = py / size, closest[3] = pz / size;
 }
 
 /** Gradient of the distance to cone k at a point in the world, left in `point`. */
 export function worldNormal(cones, k, frames, x, y, z) {
   toRest(frames, cones.joints[k], x, y, z);
   distance(cones.shapes, k, point[0], point[1], point[2]);
-  turned(frames, cones.joints[k], found[1], found[2], found[3]);
+  rotateToWorld(frames, cones.joints[k], closest[1], closest[2], closest[3]);
 }
 
-/** All cones in the world at the end of a substep, and the way of each in it. */
+/** All cones in the world at the end of a substep, and the motion of each within it. */
 export class PlacedCones {
   constructor(cones) {
     const count = (this.count = cones.joints.length);
     this.cones = cones;
-    // start, unit axis, length, sine and cosine of the side's slope, radii; middle, its way, chord of the turn
+    // start, unit axis, length, sine and cosine of the side's slope, radii; middle, motion of the middle, chord of the rotation
     this.rows = new Float64Array(18 * count);
     this.gap = new Float64Array(count);
-    this.way = new Float64Array(count);
+    this.travel = new Float64Array(count);
   }
 
   place(from, to) {
@@ -99,9 +99,9 @@ export class PlacedCones {
     rows.set([x, y, z, (u - x) / length, (v - y) / length, (w - z) / length, length, slope, cosine, first, second], r);
   }
 
-  /** Of a node's way from (sx, sy, sz) to (x, y, z): `gap`, its distance to each cone; `way`, how far it went at most. */
+  /** For a node that moves from (sx, sy, sz) to (x, y, z): `gap`, its distance to each cone; `travel`, an upper bound of its motion. */
   measure(sx, sy, sz, x, y, z) {
-    const { rows, gap, way, count } = this, dx = x - sx, dy = y - sy, dz = z - sz;
+    const { rows, gap, travel, count } = this, dx = x - sx, dy = y - sy, dz = z - sz;
     for (let k = 0, r = 0; k < count; k++, r += 18) {
       const px = x - rows[r], py = y - rows[r + 1], pz = z - rows[r + 2];
       const ux = rows[r + 3], uy = rows[r + 4], uz = rows[r + 5], length = rows[r + 6];
@@ -116,9 +116,9 @@ export class PlacedCones {
         gap[k] = Math.sqrt(square + beyond * beyond) - (foot > 0 ? rows[r + 10] : rows[r + 9]);
       }
       const mx = dx - rows[r + 14], my = dy - rows[r + 15], mz = dz - rows[r + 16];
-      // no further from the middle than that: along the axis, then across
+      // upper bound of the distance from the middle: along the axis, then across
       const away = across + Math.abs(along - 0.5 * length);
-      way[k] = Math.sqrt(mx * mx + my * my + mz * mz) + rows[r + 17] * away;
+      travel[k] = Math.sqrt(mx * mx + my * my + mz * mz) + rows[r + 17] * away;
     }
   }
 }

@@ -1,21 +1,21 @@
-// Rope nodes out of the cones, root to tip; animators/ropes/push_out_kernels and rope_collision_kernels (paper, section 6).
+// Pushes rope nodes out of the cones, from root to tip; animators/ropes/push_out_kernels and rope_collision_kernels (paper, section 6).
 
-import { distance, found, worldNormal } from "hemline/cones.js";
-import { point, toRest, toWorld, turned } from "hemline/joint_frames.js";
+import { distance, closest, worldNormal } from "hemline/cones.js";
+import { point, toRest, toWorld, rotateToWorld } from "hemline/joint_frames.js";
 
 const GRADIENT = 0, HISTORY = 1, SLIDE = 2;
-const TOUCH = 1e-9, REMEMBERED = 4, ATTEMPTS = 24, LONGEST = 1.2, SHARES = [1, 0.5, 0.25, 0], TURNS = 16;
+const TOUCH = 1e-9, REMEMBERED = 4, ATTEMPTS = 24, LONGEST = 1.2, FRACTIONS = [1, 0.5, 0.25, 0], TURNS = 16;
 const DIRECTIONS = Array.from({ length: 64 }, (_, k) => {
   const height = (2 * k + 1) / 64 - 1, angle = k * Math.PI * (3 - Math.sqrt(5)), flat = Math.sqrt(1 - height ** 2);
   return [flat * Math.cos(angle), height, flat * Math.sin(angle)];
 });
 
-/** One chain in one substep: lengths first, contact last. `to` and `from`: frames of the joints at both its ends. */
+/** Contact of one chain in one substep, after its lengths. `from` and `to` are the frames of the joints at its ends. */
 export class Contact {
   constructor(cones, placed, constants) {
     Object.assign(this, { cones, placed, friction: constants.friction });
-    this.way = ["gradient", "history", "slide"].indexOf(constants.position_push);
-    this.velocityWay = ["gradient", "history"].indexOf(constants.velocity_push);
+    this.pushMode = ["gradient", "history", "slide"].indexOf(constants.position_push);
+    this.velocityMode = ["gradient", "history"].indexOf(constants.velocity_push);
     this.which = -1;
     this.depth = 0;
   }
@@ -28,49 +28,49 @@ export class Contact {
       const n = 3 * i, ax = positions[n - 3], ay = positions[n - 2], az = positions[n - 1];
       let span = Math.sqrt((positions[n] - ax) ** 2 + (positions[n + 1] - ay) ** 2 + (positions[n + 2] - az) ** 2);
       if (span > lengths[i] * (1 + 1e-12)) {
-        const share = lengths[i] / span;
-        positions[n] = ax + share * (positions[n] - ax);
-        positions[n + 1] = ay + share * (positions[n + 1] - ay);
-        positions[n + 2] = az + share * (positions[n + 2] - az);
+        const fraction = lengths[i] / span;
+        positions[n] = ax + fraction * (positions[n] - ax);
+        positions[n + 1] = ay + fraction * (positions[n + 1] - ay);
+        positions[n + 2] = az + fraction * (positions[n + 2] - az);
       }
-      const pushes = this.#free(margins[i], n, starts, positions, velocities);
-      if (pushes === 0) continue;
+      const pushCount = this.#free(margins[i], n, starts, positions, velocities);
+      if (pushCount === 0) continue;
       any = true;
       const by = this.last;
       span = Math.sqrt((positions[n] - ax) ** 2 + (positions[n + 1] - ay) ** 2 + (positions[n + 2] - az) ** 2);
-      if (pushes === ATTEMPTS || span > LONGEST * lengths[i]) {
-        this.#letGo(margins[i], lengths[i], ax, ay, az, n, positions);
+      if (pushCount === ATTEMPTS || span > LONGEST * lengths[i]) {
+        this.#release(margins[i], lengths[i], ax, ay, az, n, positions);
       }
       this.#slowDown(by, n, starts, positions, velocities);
     }
     return any;
   }
 
-  /** How often a node was pushed, deepest cone first; `last`: by which cone. */
+  /** Pushes a node out, deepest cone first; returns the number of pushes. `last` is the last cone. */
   #free(margin, n, starts, positions, velocities) {
     this.last = -1;
     const sx = starts[n], sy = starts[n + 1], sz = starts[n + 2];
     for (let attempt = 0; attempt < ATTEMPTS; attempt++) {
-      const way = attempt < REMEMBERED ? this.way : GRADIENT;
-      this.#deepest(this.from, margin, way, sx, sy, sz, positions[n], positions[n + 1], positions[n + 2]);
+      const mode = attempt < REMEMBERED ? this.pushMode : GRADIENT;
+      this.#deepest(this.from, margin, mode, sx, sy, sz, positions[n], positions[n + 1], positions[n + 2]);
       if (this.which < 0) return attempt;
       this.last = this.which;
-      this.#pushOut(this.which, margin, way, n, starts, positions, velocities);
+      this.#pushOut(this.which, margin, mode, n, starts, positions, velocities);
     }
     return ATTEMPTS;
   }
 
-  /** The deepest cone, `which` (-1: none), and its `depth`; a way right through one counts with the part beyond. */
-  #deepest(from, margin, way, sx, sy, sz, x, y, z) {
-    const { placed } = this, { gap: gaps, way: ways } = placed;
+  /** Finds the deepest cone, `which` (-1: none), and its `depth`; a path right through a cone counts with the part beyond it. */
+  #deepest(from, margin, mode, sx, sy, sz, x, y, z) {
+    const { placed } = this, { gap: gaps, travel: travels } = placed;
     let worst = -TOUCH, which = -1;
     placed.measure(sx, sy, sz, x, y, z);
     for (let k = 0; k < placed.count; k++) {
       const gap = gaps[k] - margin;
-      if (gap >= ways[k]) continue;
+      if (gap >= travels[k]) continue;
       if (gap < worst) {
         worst = gap, which = k;
-      } else if (way !== GRADIENT && gap < ways[k]) {
+      } else if (mode !== GRADIENT && gap < travels[k]) {
         const through = this.#crossing(k, from, margin, gap, sx, sy, sz, x, y, z);
         if (-through < worst) worst = -through, which = k;
       }
@@ -84,71 +84,71 @@ export class Contact {
     const px = point[0], py = point[1], pz = point[2];
     toRest(from, j, sx, sy, sz);
     const qx = point[0], qy = point[1], qz = point[2];
-    const way = Math.sqrt((px - qx) ** 2 + (py - qy) ** 2 + (pz - qz) ** 2);
-    if (gap >= way) return 0;
+    const length = Math.sqrt((px - qx) ** 2 + (py - qy) ** 2 + (pz - qz) ** 2);
+    if (gap >= length) return 0;
     distance(this.cones.shapes, k, qx, qy, qz);
-    const before = found[0] - margin;
-    if (before <= 1e-6 || before + gap >= way) return 0;
-    return Math.max(0, 1 - this.#firstContact(k, margin, qx, qy, qz, px, py, pz)) * way;
+    const before = closest[0] - margin;
+    if (before <= 1e-6 || before + gap >= length) return 0;
+    return Math.max(0, 1 - this.#firstContact(k, margin, qx, qy, qz, px, py, pz)) * length;
   }
 
-  /** The share of a path at which it meets the cone grown by margin, by Newton's method; 2 where it does not. */
+  /** Returns the fraction of a path at which it meets the cone grown by a margin, by Newton's method; 2 if it does not. */
   #firstContact(k, margin, ax, ay, az, bx, by, bz) {
     const x = bx - ax, y = by - ay, z = bz - az;
-    let share = 0;
+    let fraction = 0;
     for (let round = 0; round < 20; round++) {
-      distance(this.cones.shapes, k, ax + share * x, ay + share * y, az + share * z);
-      const gap = found[0] - margin;
-      if (gap < 1e-7) return share;
-      const slope = found[1] * x + found[2] * y + found[3] * z;
+      distance(this.cones.shapes, k, ax + fraction * x, ay + fraction * y, az + fraction * z);
+      const gap = closest[0] - margin;
+      if (gap < 1e-7) return fraction;
+      const slope = closest[1] * x + closest[2] * y + closest[3] * z;
       if (slope >= 0) return 2;
-      share -= gap / slope;
-      if (share > 1) return 2;
+      fraction -= gap / slope;
+      if (fraction > 1) return 2;
     }
-    return share;
+    return fraction;
   }
 
-  #pushOut(k, margin, way, n, starts, positions, velocities) {
+  #pushOut(k, margin, mode, n, starts, positions, velocities) {
     const { from, to, h, friction } = this, { shapes, joints } = this.cones, j = joints[k];
     toRest(to, j, positions[n], positions[n + 1], positions[n + 2]);
     const px = point[0], py = point[1], pz = point[2];
     toRest(from, j, starts[n], starts[n + 1], starts[n + 2]);
     const qx = point[0], qy = point[1], qz = point[2];
     distance(shapes, k, px, py, pz);
-    let nx = found[1], ny = found[2], nz = found[3];
-    const depth = margin - found[0];
+    let nx = closest[1], ny = closest[2], nz = closest[3];
+    const depth = margin - closest[0];
     let ex = px + depth * nx, ey = py + depth * ny, ez = pz + depth * nz;
     const rx = qx - px, ry = qy - py, rz = qz - pz, size = Math.sqrt(rx * rx + ry * ry + rz * rz);
     distance(shapes, k, qx, qy, qz);
-    const outside = size > 1e-12 && found[0] - margin >= -1e-6;
-    if (way !== GRADIENT && outside) {
-      const share = Math.min(this.#firstContact(k, margin, qx, qy, qz, px, py, pz), 1);
-      ex = qx - share * rx, ey = qy - share * ry, ez = qz - share * rz;
+    const outside = size > 1e-12 && closest[0] - margin >= -1e-6;
+    if (mode !== GRADIENT && outside) {
+      const fraction = Math.min(this.#firstContact(k, margin, qx, qy, qz, px, py, pz), 1);
+      ex = qx - fraction * rx, ey = qy - fraction * ry, ez = qz - fraction * rz;
       distance(shapes, k, ex, ey, ez);
-      nx = found[1], ny = found[2], nz = found[3];
-      const lift = Math.max(margin - found[0], 0);
+      nx = closest[1], ny = closest[2], nz = closest[3];
+      const lift = Math.max(margin - closest[0], 0);
       ex += lift * nx, ey += lift * ny, ez += lift * nz;
-      if (way === SLIDE) {
-        // the rest of the way runs along the tangent plane, which a convex cone never crosses
+      if (mode === SLIDE) {
+        // the rest of the path runs along the tangent plane, which a convex cone never crosses
         let tx = px - ex, ty = py - ey, tz = pz - ez;
         const inward = Math.min(tx * nx + ty * ny + tz * nz, 0);
         tx -= inward * nx, ty -= inward * ny, tz -= inward * nz;
         const rest = Math.sqrt(tx * tx + ty * ty + tz * tz);
-        const kept = rest > 1e-12 ? Math.max(0, 1 + (friction * inward) / rest) : 0;
-        ex += kept * tx, ey += kept * ty, ez += kept * tz;
+        const remaining = rest > 1e-12 ? Math.max(0, 1 + (friction * inward) / rest) : 0;
+        ex += remaining * tx, ey += remaining * ty, ez += remaining * tz;
       }
     }
-    if (this.velocityWay === HISTORY && outside) nx = rx / size, ny = ry / size, nz = rz / size;
+    if (this.velocityMode === HISTORY && outside) nx = rx / size, ny = ry / size, nz = rz / size;
     toWorld(from, j, ex, ey, ez);
     const ax = point[0], ay = point[1], az = point[2];
     toWorld(to, j, ex, ey, ez);
     const bx = point[0], by = point[1], bz = point[2];
-    turned(to, j, nx, ny, nz);
+    rotateToWorld(to, j, nx, ny, nz);
     touchVelocity(point[0], point[1], point[2], (bx - ax) / h, (by - ay) / h, (bz - az) / h, friction, n, velocities);
     positions[n] = bx, positions[n + 1] = by, positions[n + 2] = bz;
   }
 
-  /** Along the surface not faster than the node really moved there. */
+  /** Limits the velocity along the surface to that of the actual motion. */
   #slowDown(k, n, starts, positions, velocities) {
     const { from, to, h, cones } = this, j = cones.joints[k];
     toRest(to, j, positions[n], positions[n + 1], positions[n + 2]);
@@ -170,13 +170,13 @@ export class Contact {
     }
   }
 
-  /** A chain that is caught: the free place within the rope's length nearest to where it was pushed, else straight out. */
-  #letGo(margin, length, ax, ay, az, n, positions) {
-    for (const share of SHARES) if (this.#turnFree(margin, share * length, ax, ay, az, n, positions)) return;
-    this.#marchOut(margin, n, positions);
+  /** Releases a caught node: to the nearest free point within the length of the rope, otherwise straight out. */
+  #release(margin, length, ax, ay, az, n, positions) {
+    for (const fraction of FRACTIONS) if (this.#rotateFree(margin, fraction * length, ax, ay, az, n, positions)) return;
+    this.#moveStraightOut(margin, n, positions);
   }
 
-  #turnFree(margin, reach, ax, ay, az, n, positions) {
+  #rotateFree(margin, reach, ax, ay, az, n, positions) {
     let x = positions[n] - ax, y = positions[n + 1] - ay, z = positions[n + 2] - az;
     const far = Math.sqrt(x * x + y * y + z * z);
     if (far > 1e-12) x /= far, y /= far, z /= far;
@@ -214,7 +214,7 @@ export class Contact {
     return nearest > -2;
   }
 
-  #marchOut(margin, n, positions) {
+  #moveStraightOut(margin, n, positions) {
     let nx = 0, ny = 0, nz = 0;
     for (let round = 0; round < 80; round++) {
       const x = positions[n], y = positions[n + 1], z = positions[n + 2];
@@ -230,7 +230,7 @@ export class Contact {
   }
 }
 
-/** The velocity of a node that touches a surface with normal n that moves with b; Coulomb friction (Eq. 14 to 16). */
+/** Sets the velocity of a node at a surface with normal n and velocity b, with Coulomb friction (Eq. 14 to 16). */
 function touchVelocity(nx, ny, nz, bx, by, bz, friction, n, velocities) {
   const along = velocities[n] * nx + velocities[n + 1] * ny + velocities[n + 2] * nz;
   const body = bx * nx + by * ny + bz * nz, fresh = Math.max(along, body);
@@ -238,8 +238,8 @@ function touchVelocity(nx, ny, nz, bx, by, bz, friction, n, velocities) {
   const y = velocities[n + 1] - along * ny - (by - body * ny);
   const z = velocities[n + 2] - along * nz - (bz - body * nz);
   const size = Math.sqrt(x * x + y * y + z * z);
-  const kept = size > 1e-12 ? Math.max(0, 1 - (friction * (fresh - along)) / size) : 0;
-  velocities[n] = fresh * nx + (bx - body * nx) + kept * x;
-  velocities[n + 1] = fresh * ny + (by - body * ny) + kept * y;
-  velocities[n + 2] = fresh * nz + (bz - body * nz) + kept * z;
+  const remaining = size > 1e-12 ? Math.max(0, 1 - (friction * (fresh - along)) / size) : 0;
+  velocities[n] = fresh * nx + (bx - body * nx) + remaining * x;
+  velocities[n + 1] = fresh * ny + (by - body * ny) + remaining * y;
+  velocities[n + 2] = fresh * nz + (bz - body * nz) + remaining * z;
 }

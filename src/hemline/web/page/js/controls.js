@@ -1,20 +1,20 @@
-// Buttons, lists and sliders: what they say and what they do to the stage.
+// Buttons, lists and sliders of the page.
 
-const SLIDERS = 6; // betas that have a slider
+const SLIDERS = 6; // number of betas with a slider
 
 const element = (id) => document.getElementById(id);
 
 export class Controls {
-  /** Called when garment or clip changed: `changed`; the shape: `reshaped`; when the clip was scrubbed: `sought`. */
-  constructor(stage, { changed, reshaped, sought }) {
-    Object.assign(this, { stage, changed, reshaped, sought, playing: true, speed: 1, spans: [] });
+  /** Calls `onChange` for another garment or clip, `onReshape` for another shape, `onSeek` for another time. */
+  constructor(stage, { onChange, onReshape, onSeek }) {
+    Object.assign(this, { stage, onChange, onReshape, onSeek, playing: true, speed: 1, spans: [] });
     this.#fill("garment", stage.metadata.models.map(({ name }) => name));
     this.#fill("clip", stage.metadata.clips.map(({ name }) => name));
-    for (const id of ["garment", "clip"]) element(id).addEventListener("change", () => this.#chosen());
+    for (const id of ["garment", "clip"]) element(id).addEventListener("change", () => this.#choose());
     element("play").addEventListener("click", () => this.play(!this.playing));
     element("time").addEventListener("input", ({ target }) => {
       this.play(false);
-      this.sought(Number(target.value) * this.stage.clip.seconds);
+      this.onSeek(Number(target.value) * this.stage.clip.seconds);
     });
     element("speed").addEventListener("input", ({ target }) => {
       this.speed = Number(target.value);
@@ -34,21 +34,21 @@ export class Controls {
     element("play").textContent = playing ? "Pause" : "Play";
   }
 
-  /** Say where the clip is, and how long frames took. */
-  told() {
+  /** Shows the time of the clip, and the time that frames take. */
+  update() {
     const { clip, seconds, player } = this.stage;
     element("time").value = clip.seconds > 0 ? seconds / clip.seconds : 0;
     element("time-said").textContent = `${seconds.toFixed(2)} of ${clip.seconds.toFixed(2)} s`;
-    if (!this.playing) return; // the first frame after a start seeks all places on the skin anew
+    if (!this.playing) return; // the first frame after a start searches the whole skin
     this.spans = [...this.spans.slice(-59), player.milliseconds];
     const mean = (stage) => this.spans.reduce((sum, each) => sum + each[stage], 0) / this.spans.length;
     const parts = ["body", "animator", "push"].map((stage) => `${stage} ${mean(stage).toFixed(1)}`);
     element("milliseconds").textContent = `${mean("all").toFixed(1)} ms a frame (${parts.join(", ")})`;
   }
 
-  #chosen() {
+  #choose() {
     this.spans = [];
-    this.changed(element("garment").selectedIndex, element("clip").selectedIndex, this.#betas());
+    this.onChange(element("garment").selectedIndex, element("clip").selectedIndex, this.#betas());
     this.#sliders();
   }
 
@@ -56,7 +56,7 @@ export class Controls {
     return Array.from(document.querySelectorAll("#shape input"), ({ value }) => Number(value));
   }
 
-  /** A slider for each of the first betas, where the garment follows them. */
+  /** Makes a slider for each of the first betas, for garments that follow shapes. */
   #sliders() {
     const { beta_range: range } = this.stage.player.metadata, shape = element("shape");
     element("shapes").hidden = !range;
@@ -64,7 +64,7 @@ export class Controls {
     Array.from(this.stage.body.betas.slice(0, SLIDERS)).forEach((beta, i) => {
       const label = document.createElement("label"), slider = document.createElement("input");
       Object.assign(slider, { type: "range", min: range[0], max: range[1], step: 0.1, value: beta });
-      slider.addEventListener("input", () => this.reshaped(this.#betas()));
+      slider.addEventListener("input", () => this.onReshape(this.#betas()));
       label.append(i === 0 ? "stature" : `shape ${i + 1}`, slider);
       shape.append(label);
     });

@@ -1,16 +1,16 @@
-// Edges that are stretched too far, made shorter; collide/whole/edge_limits, edge_limit_kernels.
+// Shortens edges that are stretched too far; collide/whole/edge_limits, edge_limit_kernels.
 
 const STRETCH = 1.15, SWEEPS = 4;
 
 export class EdgeLimits {
-  /** Edges (edges, 2), how long each may be by the pattern [m], and which vertices are free. */
+  /** Takes edges (edges, 2), their largest lengths by the pattern [m], and which vertices are free. */
   constructor(edges, longest, free) {
     Object.assign(this, { edges, longest, free });
     this.listed = new Int32Array(longest.length);
     this.limits = new Float32Array(longest.length);
   }
 
-  /** Shorten what is too long, by the pattern and by the garment at rest on the body. */
+  /** Shortens edges that are too long for the pattern and for the garment at rest on the body. */
   limit(vertices, rest) {
     const { edges, longest, free, listed, limits } = this;
     let count = 0;

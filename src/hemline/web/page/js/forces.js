@@ -1,11 +1,11 @@
 // External accelerations of rope nodes; animators/ropes/rope_force_kernels (paper, section 4).
-// `chains` holds what does not move, `w` the arrays that a step works in.
+// `chains` has constant data, `w` the work arrays of a step.
 
 const LATERAL_BOUND = 0.4, SHRINK_BOUND = 0.3, REST_ANGLE_BOUND = 0.1, STANDARD_GRAVITY = 9.81;
 
 const bounded = (constant, h, bound) => constant / (1 + (constant * h * h) / bound);
 
-/** Gravity, balance and springs: what does not depend on velocities, into `w.springs`. */
+/** Computes gravity, balance and springs, which do not depend on velocities, into `w.springs`. */
 export function springAccelerations(chains, w, h, tensions, positions) {
   const { constants } = chains, { springs } = w, [gx, gy, gz] = constants.gravity;
   for (let n = 0; n < springs.length; n += 3) springs[n] = gx, springs[n + 1] = gy, springs[n + 2] = gz;
@@ -15,16 +15,16 @@ export function springAccelerations(chains, w, h, tensions, positions) {
   if (constants.rest_angle > 0) addRestAngles(chains, w, h, positions);
 }
 
-/** The same with the air, and with damping to the nodes around, into `w.accelerations`. */
+/** Adds the air, and damping between neighbours, into `w.accelerations`. */
 export function externalAccelerations(chains, w, h, positions, velocities) {
   const { offsets, constants } = chains, { springs, accelerations } = w, { drag, wind } = constants;
   for (let c = 0; c + 1 < offsets.length; c++) {
     for (let i = offsets[c] + 1; i < offsets[c + 1]; i++) {
       const damping = constants.parent_damping + constants.root_damping * Math.exp(offsets[c] + 1 - i);
       const rate = (1 - Math.exp(-0.5 * h * (drag + damping))) / (0.5 * h);
-      const share = drag + damping > 0 ? drag / (drag + damping) : 0;
+      const fraction = drag + damping > 0 ? drag / (drag + damping) : 0;
       for (let d = 0, n = 3 * i; d < 3; d++, n++) {
-        const towards = share * wind[d] + (1 - share) * velocities[n - 3];
+        const towards = fraction * wind[d] + (1 - fraction) * velocities[n - 3];
         accelerations[n] = springs[n] + rate * (towards - velocities[n]);
       }
     }
@@ -34,9 +34,9 @@ export function externalAccelerations(chains, w, h, positions, velocities) {
 }
 
 function addSpring(a, b, relative, inverse, out, x, y, z) {
-  const share = inverse[a] + inverse[b];
-  if (share <= 0) return;
-  const first = (-relative * inverse[a]) / share, second = (relative * inverse[b]) / share;
+  const fraction = inverse[a] + inverse[b];
+  if (fraction <= 0) return;
+  const first = (-relative * inverse[a]) / fraction, second = (relative * inverse[b]) / fraction;
   out[3 * a] += first * x, out[3 * a + 1] += first * y, out[3 * a + 2] += first * z;
   out[3 * b] += second * x, out[3 * b + 1] += second * y, out[3 * b + 2] += second * z;
 }
@@ -47,8 +47,8 @@ function addBalance({ offsets, inverse, balance, restLoads, constants }, { sprin
     for (let i = offsets[c] + 1, f = 9 * c; i < offsets[c + 1]; i++) {
       let load = gravity / inverse[i];
       if (i + 1 < offsets[c + 1]) load += tensions[i + 1];
-      const n = 3 * i, share = Math.min(load / restLoads[i], gravity / STANDARD_GRAVITY);
-      const x = share * balance[n], y = share * balance[n + 1], z = share * balance[n + 2];
+      const n = 3 * i, fraction = Math.min(load / restLoads[i], gravity / STANDARD_GRAVITY);
+      const x = fraction * balance[n], y = fraction * balance[n + 1], z = fraction * balance[n + 2];
       for (let d = 0; d < 3; d++) {
         const row = f + 3 * d;
         springs[n + d] += chainFrames[row] * x + chainFrames[row + 1] * y + chainFrames[row + 2] * z;
@@ -84,7 +84,7 @@ function addShrink({ offsets, restSpans, inverse, constants }, { springs }, h, p
   }
 }
 
-/** Each rope wants its rest angle to the one above, in a frame that is carried down the chain without twist. */
+/** Pulls each rope to its rest angle to the one above, in a frame that is transported down the chain without twist. */
 function addRestAngles({ offsets, restDirections, inverse, constants }, { springs, chainFrames }, h, positions) {
   const constant = bounded(constants.rest_angle, h, REST_ANGLE_BOUND);
   for (let c = 0; c + 1 < offsets.length; c++) {
@@ -117,7 +117,7 @@ function addRestAngles({ offsets, restDirections, inverse, constants }, { spring
   }
 }
 
-/** The air on cloth that faces it: a = |u.n| (drag - lift |u.n| / |u|) u + lift |u| (u.n) n, u = wind - v, bounded. */
+/** Adds the force of the air on cloth: a = |u.n| (drag - lift |u.n| / |u|) u + lift |u| (u.n) n, u = wind - v, bounded. */
 function addAir({ offsets, across, constants }, { accelerations }, h, positions, velocities) {
   const { wind, air_drag: drag, air_lift: lift } = constants;
   for (let c = 0; c + 1 < offsets.length; c++) {
@@ -136,7 +136,7 @@ function addAir({ offsets, across, constants }, { accelerations }, h, positions,
       nx /= size, ny /= size, nz /= size;
       const facing = x * nx + y * ny + z * nz, lifted = lift * speed;
       const plain = Math.abs(facing) * Math.max(drag - (lift * Math.abs(facing)) / speed, 0);
-      const share = 1 / (1 + 0.5 * h * (plain + lifted)), along = share * plain, up = share * lifted * facing;
+      const fraction = 1 / (1 + 0.5 * h * (plain + lifted)), along = fraction * plain, up = fraction * lifted * facing;
       accelerations[n] += along * x + up * nx;
       accelerations[n + 1] += along * y + up * ny;
       accelerations[n + 2] += along * z + up * nz;
@@ -144,7 +144,7 @@ function addAir({ offsets, across, constants }, { accelerations }, h, positions,
   }
 }
 
-/** A node takes on the mean velocity of the nodes above and below, and of those to both sides; momentum is kept. */
+/** Damps each node towards the mean velocity of its neighbours above and below, and on both sides; momentum is conserved. */
 function addSmoothing({ offsets, across, inverse, constants }, { accelerations }, h, velocities) {
   const down = constants.bend_damping / (1 + 4 * h * constants.bend_damping);
   const side = constants.lateral_damping / (1 + 4 * h * constants.lateral_damping);

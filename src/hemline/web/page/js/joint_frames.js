@@ -1,4 +1,4 @@
-// Points into and out of the frames of joints, and frames between two poses; animators/ropes/joint_frame_kernels.
+// Points in the frames of joints, and frames between two poses; animators/ropes/joint_frame_kernels.
 // Frames are (joints, 3, 4), float64. Each function leaves its three numbers in `point`.
 
 export const point = new Float64Array(3);
@@ -10,7 +10,7 @@ export function toRest(frames, joint, x, y, z) {
   point[2] = frames[f + 2] * a + frames[f + 6] * b + frames[f + 10] * c;
 }
 
-export function turned(frames, joint, x, y, z) {
+export function rotateToWorld(frames, joint, x, y, z) {
   const f = 12 * joint;
   point[0] = frames[f] * x + frames[f + 1] * y + frames[f + 2] * z;
   point[1] = frames[f + 4] * x + frames[f + 5] * y + frames[f + 6] * z;
@@ -18,11 +18,11 @@ export function turned(frames, joint, x, y, z) {
 }
 
 export function toWorld(frames, joint, x, y, z) {
-  turned(frames, joint, x, y, z);
+  rotateToWorld(frames, joint, x, y, z);
   for (let a = 0; a < 3; a++) point[a] += frames[12 * joint + 4 * a + 3];
 }
 
-/** World to the frame of a joint, for many points: R^T (x - t). */
+/** Transforms points from the world to the frame of a joint: R^T (x - t). */
 export function intoJoint(frames, joint, points) {
   const out = new Float64Array(points.length);
   for (let i = 0; i < points.length; i += 3) {
@@ -32,9 +32,9 @@ export function intoJoint(frames, joint, points) {
   return out;
 }
 
-/** Frames at a share of the way: pivots on straight lines, rotations by slerp. */
-export function framesBetween(from, to, pivots, share, out) {
-  if (share >= 1) {
+/** Interpolates frames: pivots on straight lines, rotations by slerp. */
+export function framesBetween(from, to, pivots, fraction, out) {
+  if (fraction >= 1) {
     out.set(to);
     return;
   }
@@ -42,10 +42,10 @@ export function framesBetween(from, to, pivots, share, out) {
     const one = quaternionOf(from, j), two = quaternionOf(to, j), f = 12 * j;
     const dot = one[0] * two[0] + one[1] * two[1] + one[2] * two[2] + one[3] * two[3], sign = dot >= 0 ? 1 : -1;
     const angle = Math.acos(Math.min(Math.abs(dot), 1));
-    let first = 1 - share, second = share * sign;
+    let first = 1 - fraction, second = fraction * sign;
     if (angle > 1e-6) {
-      first = Math.sin((1 - share) * angle) / Math.sin(angle);
-      second = (sign * Math.sin(share * angle)) / Math.sin(angle);
+      first = Math.sin((1 - fraction) * angle) / Math.sin(angle);
+      second = (sign * Math.sin(fraction * angle)) / Math.sin(angle);
     }
     const [w, x, y, z] = one.map((value, i) => first * value + second * two[i]);
     const n = 2 / Math.max(w * w + x * x + y * y + z * z, 1e-30);
@@ -57,8 +57,8 @@ export function framesBetween(from, to, pivots, share, out) {
     const start = [...point];
     toWorld(to, j, px, py, pz);
     for (let a = 0; a < 3; a++) {
-      const r = f + 4 * a, way = start[a] + share * (point[a] - start[a]);
-      out[r + 3] = way - (out[r] * px + out[r + 1] * py + out[r + 2] * pz);
+      const r = f + 4 * a, position = start[a] + fraction * (point[a] - start[a]);
+      out[r + 3] = position - (out[r] * px + out[r + 1] * py + out[r + 2] * pz);
     }
   }
 }

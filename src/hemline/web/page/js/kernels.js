@@ -1,4 +1,4 @@
-// The compiled kernels, and the memory that they work in.
+// The compiled kernels and their memory.
 
 const PAGE = 65536;
 
@@ -9,10 +9,10 @@ export async function openKernels(code, bytes) {
   let free = 64;
   const room = (Kind) => (count) => {
     const array = new Kind(memory.buffer, free, count);
-    free += (array.byteLength + 31) & ~15; // vectors are stored with one number more
+    free += (array.byteLength + 31) & ~15; // vectors are stored with one extra number
     return array;
   };
-  const copied = (make) => (values) => {
+  const copyInto = (make) => (values) => {
     const array = make(values.length);
     array.set(values);
     return array;
@@ -20,17 +20,17 @@ export async function openKernels(code, bytes) {
   const floats = room(Float32Array), words = room(Int32Array), halves = room(Int16Array), bytesOf = room(Int8Array);
   return {
     ...instance.exports, floats, words, halves, bytes: bytesOf,
-    floatsOf: copied(floats), wordsOf: copied(words), bytesOf: copied(bytesOf),
+    floatsOf: copyInto(floats), wordsOf: copyInto(words), bytesOf: copyInto(bytesOf),
   };
 }
 
-/** An upper bound of the memory that the arrays of a page take in the kernels [bytes]. */
+/** Returns an upper bound of the memory of the kernels for the arrays of a page [bytes]. */
 export function memoryFor(arrays) {
   const sizes = Object.values(arrays).map((array) => array.length * (array instanceof Int8Array ? 1.1 : 4));
   return 2 * sizes.reduce((one, other) => one + other, 0) + 16 * 2 ** 20;
 }
 
-/** Columns of transforms (joints, 3, 4) as the kernels take them, (joints, 4, 4): each column padded by a zero. */
+/** Converts transforms (joints, 3, 4) to columns (joints, 4, 4), each padded by a zero, as the kernels need them. */
 export function intoColumns(transforms, columns) {
   for (let joint = 0; 12 * joint < transforms.length; joint++) {
     for (let column = 0; column < 4; column++) {

@@ -1,13 +1,13 @@
 // Learned bones: a network in a closed loop; animators/ropes/learned_bones, body_input_kernels, bone_contact_kernels.
 
-import { distance, found } from "hemline/cones.js";
-import { intoJoint, point, toRest, toWorld, turned } from "hemline/joint_frames.js";
+import { distance, closest } from "hemline/cones.js";
+import { intoJoint, point, toRest, toWorld, rotateToWorld } from "hemline/joint_frames.js";
 import { Mlp } from "hemline/networks.js";
 
-const MOST_STEPS = 16, NEARLY = 1e-6, NARROWEST = 0.02, ROUNDS = 4;
-const UNSEEN = [10, 11, 12, 15, 22, 23]; // feet, neck, head, hands
-const SEEN = Array.from({ length: 24 }, (_, joint) => joint).filter((joint) => !UNSEEN.includes(joint));
-const COUNT = 15 + 6 * SEEN.length;
+const MAX_STEPS = 16, TOLERANCE = 1e-6, LEAST_RANGE = 0.02, ROUNDS = 4;
+const UNUSED_JOINTS = [10, 11, 12, 15, 22, 23]; // feet, neck, head, hands
+const INPUT_JOINTS = Array.from({ length: 24 }, (_, joint) => joint).filter((joint) => !UNUSED_JOINTS.includes(joint));
+const COUNT = 15 + 6 * INPUT_JOINTS.length;
 
 export class LearnedBones {
   constructor(arrays, { seconds, clearance }, chains, kernels) {
@@ -24,57 +24,57 @@ export class LearnedBones {
     return { positions: [positions, positions], bodies: [frames, frames, frames], elapsed: 0 };
   }
 
-  /** The state, bones and their velocities `dt` later, and how far anything was out of the range of the training. */
+  /** Returns state, bones and their velocities `dt` later, and the largest excess over the range of the training. */
   step(state, frames, seconds) {
-    const h = this.seconds, dt = Math.min(seconds, MOST_STEPS * h);
-    let { positions, bodies, elapsed } = state, beyond = 0, past = 0;
-    while (elapsed + dt - past >= h * (1 - NEARLY)) {
-      past += h - elapsed;
+    const h = this.seconds, dt = Math.min(seconds, MAX_STEPS * h);
+    let { positions, bodies, elapsed } = state, beyond = 0, elapsedTime = 0;
+    while (elapsed + dt - elapsedTime >= h * (1 - TOLERANCE)) {
+      elapsedTime += h - elapsed;
       elapsed = 0;
-      const now = past >= dt - NEARLY * h ? frames : this.#between(bodies[2], frames, past / dt);
-      const made = this.#moved(positions, bodies, now, h);
-      positions = [positions[1], made.bones], beyond = Math.max(beyond, made.out);
+      const now = elapsedTime >= dt - TOLERANCE * h ? frames : this.#between(bodies[2], frames, elapsedTime / dt);
+      const result = this.#predict(positions, bodies, now, h);
+      positions = [positions[1], result.bones], beyond = Math.max(beyond, result.out);
       bodies = [bodies[1], now, bodies[2]];
     }
-    elapsed += Math.max(dt - past, 0);
+    elapsed += Math.max(dt - elapsedTime, 0);
     bodies = [bodies[0], bodies[1], frames];
-    if (elapsed < NEARLY * h) {
+    if (elapsed < TOLERANCE * h) {
       const velocities = positions[1].map((value, n) => (value - positions[0][n]) / h);
       return { state: { positions, bodies, elapsed: 0 }, positions: positions[1], velocities, beyond };
     }
-    const made = this.#moved(positions, bodies, frames, elapsed);
-    const velocities = made.bones.map((value, n) => (value - positions[1][n]) / elapsed);
+    const result = this.#predict(positions, bodies, frames, elapsed);
+    const velocities = result.bones.map((value, n) => (value - positions[1][n]) / elapsed);
     const after = { positions, bodies, elapsed };
-    return { state: after, positions: made.bones, velocities, beyond: Math.max(beyond, made.out) };
+    return { state: after, positions: result.bones, velocities, beyond: Math.max(beyond, result.out) };
   }
 
-  /** The bones `dt` after the last full step, and how far anything is out of range. */
-  #moved(positions, bodies, now, dt) {
-    const share = dt / this.seconds, { modes, modeCount, rows, rest, low, high } = this, key = this.chains.key;
-    const seen = new Float64Array(low.length), f = 12 * key;
-    this.#seeBody(bodies[0], bodies[1], now, dt, seen);
+  /** Returns the bones `dt` after the last full step, and the largest excess over the range of the training. */
+  #predict(positions, bodies, now, dt) {
+    const fraction = dt / this.seconds, { modes, modeCount, rows, rest, low, high } = this, key = this.chains.key;
+    const features = new Float64Array(low.length), f = 12 * key;
+    this.#bodyInputs(bodies[0], bodies[1], now, dt, features);
     const local = intoJoint(now, key, positions[1]).map((value, n) => value - rest[n]);
     const earlier = intoJoint(now, key, positions[0]).map((value, n) => value - rest[n]);
     for (let k = 0; k < modeCount; k++) {
-      let place = 0, way = 0;
+      let place = 0, change = 0;
       for (let n = 0, m = k * rows; n < rows; n++, m++) {
         place += modes[m] * local[n];
-        way += modes[m] * (local[n] - earlier[n]);
+        change += modes[m] * (local[n] - earlier[n]);
       }
-      seen[COUNT + k] = place, seen[COUNT + modeCount + k] = way;
+      features[COUNT + k] = place, features[COUNT + modeCount + k] = change;
     }
     let out = 0;
-    const kept = seen.map((value, i) => {
+    const clamped = features.map((value, i) => {
       const inside = Math.min(Math.max(value, low[i]), high[i]);
-      out = Math.max(out, Math.abs(value - inside) / Math.max(Math.fround(high[i] - low[i]), NARROWEST));
+      out = Math.max(out, Math.abs(value - inside) / Math.max(Math.fround(high[i] - low[i]), LEAST_RANGE));
       return inside;
     });
-    const answer = this.network.run(kept), bones = new Float64Array(rows), moved = rest.slice();
+    const answer = this.network.run(clamped), bones = new Float64Array(rows), moved = rest.slice();
     for (let k = 0; k < modeCount; k++) {
-      const i = COUNT + k, told = seen[i] + share * seen[i + modeCount] + share ** 2 * answer[k];
-      const made = Math.min(Math.max(told, low[i]), high[i]);
-      out = Math.max(out, Math.abs(told - made) / Math.max(Math.fround(high[i] - low[i]), NARROWEST));
-      for (let n = 0, m = k * rows; n < rows; n++, m++) moved[n] += made * modes[m];
+      const i = COUNT + k, predicted = features[i] + fraction * features[i + modeCount] + fraction ** 2 * answer[k];
+      const coefficient = Math.min(Math.max(predicted, low[i]), high[i]);
+      out = Math.max(out, Math.abs(predicted - coefficient) / Math.max(Math.fround(high[i] - low[i]), LEAST_RANGE));
+      for (let n = 0, m = k * rows; n < rows; n++, m++) moved[n] += coefficient * modes[m];
     }
     for (let n = 0; n < rows; n += 3) {
       for (let a = 0; a < 3; a++) {
@@ -86,25 +86,25 @@ export class LearnedBones {
     return { bones, out };
   }
 
-  /** What the body does around the key joint; `body_inputs.body_inputs`. */
-  #seeBody(before, then, now, dt, inputs) {
+  /** Computes the motion of the body around the key joint; `body_inputs.body_inputs`. */
+  #bodyInputs(before, then, now, dt, inputs) {
     const h = this.seconds, { key, pivots } = this.chains, f = 12 * key;
     const places = [before, then, now].map((frames) => jointsOn(frames, pivots));
     const spins = [spinBetween(before, then, f), spinBetween(then, now, f)];
     for (let a = 0; a < 3; a++) {
-      let way = 0, change = 0;
+      let speed = 0, change = 0;
       for (let c = 0; c < 3; c++) {
         const velocity = (places[2][3 * key + c] - places[1][3 * key + c]) / dt;
         const earlier = (places[1][3 * key + c] - places[0][3 * key + c]) / h;
-        way += now[f + 4 * c + a] * velocity;
+        speed += now[f + 4 * c + a] * velocity;
         change += now[f + 4 * c + a] * (velocity - earlier);
       }
       inputs[a] = -now[f + 4 + a];
-      inputs[3 + a] = way, inputs[6 + a] = change;
+      inputs[3 + a] = speed, inputs[6 + a] = change;
       inputs[9 + a] = spins[1][a] / dt;
       inputs[12 + a] = spins[1][a] / dt - spins[0][a] / h;
     }
-    SEEN.forEach((joint, k) => {
+    INPUT_JOINTS.forEach((joint, k) => {
       for (let a = 0; a < 3; a++) {
         let here = 0, there = 0;
         for (let c = 0; c < 3; c++) {
@@ -112,12 +112,12 @@ export class LearnedBones {
           there += (places[1][3 * joint + c] - then[f + 4 * c + 3]) * then[f + 4 * c + a];
         }
         inputs[15 + 3 * k + a] = here - pivots[3 * joint + a];
-        inputs[15 + 3 * (SEEN.length + k) + a] = (here - there) / dt;
+        inputs[15 + 3 * (INPUT_JOINTS.length + k) + a] = (here - there) / dt;
       }
     });
   }
 
-  /** Each bone the shortest way to its own distance from the cone that it is deepest in. */
+  /** Pushes each bone out of its deepest cone, to its own distance. */
   #pushOut(frames, bones) {
     const { joints, shapes } = this.chains.cones, { margins } = this, balls = this.#balls(frames);
     for (let i = 0; i < margins.length; i++) {
@@ -129,9 +129,9 @@ export class LearnedBones {
           if (a * a + b * b + c * c >= balls[4 * k + 3]) continue;
           toRest(frames, joints[k], bones[n], bones[n + 1], bones[n + 2]);
           distance(shapes, k, point[0], point[1], point[2]);
-          if (margins[i] - found[0] > depth) {
-            depth = margins[i] - found[0];
-            turned(frames, joints[k], found[1], found[2], found[3]);
+          if (margins[i] - closest[0] > depth) {
+            depth = margins[i] - closest[0];
+            rotateToWorld(frames, joints[k], closest[1], closest[2], closest[3]);
             nx = point[0], ny = point[1], nz = point[2];
           }
         }
@@ -141,7 +141,7 @@ export class LearnedBones {
     }
   }
 
-  /** Balls around the cones in the world, grown by the widest margin, radii squared. */
+  /** Returns balls around the cones in the world, grown by the widest margin, with squared radii. */
   #balls(frames) {
     const { joints, shapes } = this.chains.cones, widest = Math.max(...this.margins);
     const balls = new Float64Array(4 * joints.length);
@@ -154,17 +154,17 @@ export class LearnedBones {
     return balls;
   }
 
-  /** The body at a share of the way between two poses: joints on straight lines, turns blended, made rigid again. */
-  #between(one, other, share) {
+  /** Interpolates the body between two poses: joints on straight lines, blended rotations made orthonormal. */
+  #between(one, other, fraction) {
     const { pivots } = this.chains, first = jointsOn(one, pivots), second = jointsOn(other, pivots);
-    const out = new Float64Array(one.length), blended = one.map((value, i) => (1 - share) * value + share * other[i]);
+    const out = new Float64Array(one.length), blended = one.map((value, i) => (1 - fraction) * value + fraction * other[i]);
     for (let j = 0; 12 * j < out.length; j++) {
       const column = (c) => [0, 1, 2].map((row) => blended[12 * j + 4 * row + c]);
       const x = unit(column(0)), raw = column(1), along = raw[0] * x[0] + raw[1] * x[1] + raw[2] * x[2];
       const y = unit(raw.map((value, i) => value - along * x[i]));
       const z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
       for (let row = 0; row < 3; row++) {
-        const place = (1 - share) * first[3 * j + row] + share * second[3 * j + row];
+        const place = (1 - fraction) * first[3 * j + row] + fraction * second[3 * j + row];
         const turn = [x[row], y[row], z[row]];
         const shift = turn.reduce((sum, value, c) => sum + value * pivots[3 * j + c], 0);
         out.set([...turn, place - shift], 12 * j + 4 * row);
@@ -185,7 +185,7 @@ function jointsOn(frames, pivots) {
   return places;
 }
 
-/** Sines of the turn of a joint between two poses, in its own frame. */
+/** Returns the sines of the rotation of a joint between two poses, in its own frame. */
 function spinBetween(before, now, f) {
   const entry = (a, b) => {
     let sum = 0;

@@ -1,23 +1,23 @@
-// The page: what a visitor sees and does.
+// The page: it connects stage, picture and controls.
 
 import { Controls } from "hemline/controls.js";
 import { Scene } from "hemline/scene.js";
 import { Stage } from "hemline/stage.js";
 
-const LONGEST = 1 / 15; // a picture that takes longer is taken for one of so long [s]
+const LONGEST = 1 / 15; // longest time step of a picture [s]
 
-/** Open the page on its data and kernels, as bytes. `window.hemline` is the stage, for tests and tinkerers. */
+/** Opens the page from the bytes of its data and kernels. `window.hemline` is the stage, for tests and experiments. */
 export async function open(contents, code) {
   const stage = (window.hemline = await Stage.open(contents, code));
   const scene = new Scene(document.getElementById("picture"));
   const controls = new Controls(stage, {
-    changed(model, clip, betas) {
+    onChange(model, clip, betas) {
       const { seconds } = stage, same = stage.clip === stage.clips[clip];
       stage.choose(model, clip, betas);
       if (same) stage.seek(seconds);
     },
-    reshaped: (betas) => stage.reshape(betas),
-    sought: (seconds) => stage.seek(seconds),
+    onReshape: (betas) => stage.reshape(betas),
+    onSeek: (seconds) => stage.seek(seconds),
   });
   controls.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
   let last = performance.now();
@@ -29,7 +29,7 @@ export async function open(contents, code) {
       stage.changed = false;
       stage.player.shade();
       scene.show(stage);
-      controls.told();
+      controls.update();
     }
     scene.draw();
     requestAnimationFrame(draw);

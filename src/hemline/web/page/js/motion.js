@@ -1,5 +1,4 @@
-// Clips: put on a body, read at any time, and the way from the rest pose into them. As `hemline.motions`, `bodies/place`
-// and `bodies/lead_in`.
+// Clips: placement on a body, poses at any time, and the run-up; see `hemline.motions`, `bodies/place`, `bodies/lead_in`.
 
 import { at, multiply, slerp } from "hemline/quaternions.js";
 import { JOINTS } from "hemline/body.js";
@@ -14,7 +13,7 @@ export class Clip {
     this.seconds = (this.count - 1) / fps;
   }
 
-  /** Scale the way to the legs of a body, and put its soles on the floor. */
+  /** Scales the translations to the legs of a body, and puts its soles on the floor. */
   place(body) {
     const scale = Math.fround(body.legLength / this.legLength);
     this.translations = this.read.map((value) => Math.fround(value) * scale);
@@ -22,7 +21,7 @@ export class Clip {
     this.translations = this.translations.map((value, i) => (i % 3 === 1 ? value + Math.fround(lift) : value));
   }
 
-  /** The pose of a frame. */
+  /** Returns the pose of a frame. */
   frame(index) {
     return {
       rotations: this.rotations.subarray(4 * JOINTS * index, 4 * JOINTS * (index + 1)),
@@ -30,7 +29,7 @@ export class Clip {
     };
   }
 
-  /** The pose at a time [s]; before the start the first, after the end the last. */
+  /** Returns the pose at a time [s], clamped to the clip. */
   at(seconds) {
     const place = Math.min(Math.max(seconds * this.fps, 0), this.count - 1);
     const before = Math.floor(place);
@@ -47,7 +46,7 @@ export class Clip {
   }
 }
 
-/** Poses before a clip's start, the rest pose first, and the start itself: a run-up to the speed at which it begins. */
+/** Returns the run-up to the speed of a clip's start: poses from the rest pose to the first pose. */
 export function runUp(body, first, second, frames, dt) {
   if (frames < 1) return [first];
   const velocity = second ? [0, 1, 2].map((c) => (second.translation[c] - first.translation[c]) / dt) : [0, 0, 0];
@@ -55,26 +54,26 @@ export function runUp(body, first, second, frames, dt) {
   const slower = Math.min(1, FASTEST_START / Math.max(Math.hypot(...velocity), 1e-9));
   const total = frames * dt, start = stance(body, first, velocity.map((each) => -0.5 * total * slower * each));
   const poses = Array.from({ length: frames }, (_, frame) => {
-    const share = frame / frames, { rotations } = between(start, first, share * share * (3 - 2 * share));
-    const translation = start.translation.map((place, c) => place + 0.5 * slower * velocity[c] * total * share ** 2);
+    const fraction = frame / frames, { rotations } = between(start, first, fraction * fraction * (3 - 2 * fraction));
+    const translation = start.translation.map((place, c) => place + 0.5 * slower * velocity[c] * total * fraction ** 2);
     return { rotations, translation };
   });
   return [...poses, first];
 }
 
-/** The pose at a share of the way between two, each joint by slerp. */
-export function between(first, second, share) {
-  if (share <= 0) return first;
-  if (share >= 1) return second;
+/** Interpolates two poses, each joint by slerp. */
+export function between(first, second, fraction) {
+  if (fraction <= 0) return first;
+  if (fraction >= 1) return second;
   const rotations = new Float32Array(4 * JOINTS);
   for (let joint = 0; joint < JOINTS; joint++) {
-    rotations.set(slerp(at(first.rotations, joint), at(second.rotations, joint), share), 4 * joint);
+    rotations.set(slerp(at(first.rotations, joint), at(second.rotations, joint), fraction), 4 * joint);
   }
-  const way = first.translation.map((start, c) => start + share * (second.translation[c] - start));
-  return { rotations, translation: way };
+  const translation = first.translation.map((start, c) => start + fraction * (second.translation[c] - start));
+  return { rotations, translation };
 }
 
-/** The rest pose, turned about the vertical as the first pose heads, `offset` from where that is [m]. */
+/** Returns the rest pose with the heading of the first pose, at an offset from it [m]. */
 function stance(body, first, offset) {
   body.pose(first);
   const m = body.transforms, yaw = Math.atan2(m[2] - m[8], m[0] + m[10]), rest = body.restPose();
@@ -82,16 +81,16 @@ function stance(body, first, offset) {
   return { rotations: rest.rotations, translation: first.translation.map((place, c) => place + offset[c]) };
 }
 
-/** Vertices of both soles: moved by ankles and feet, in the lowest 3 cm of the body at rest. */
+/** Returns the vertices of both soles: those of ankles and feet in the lowest 3 cm of the body at rest. */
 function soleVertices(body) {
-  const held = [];
+  const onFeet = [];
   for (let i = 0; i < body.count; i++) {
-    let share = 0;
-    for (let k = 6 * i; k < 6 * i + 6; k++) if (FEET.includes(body.bones[k])) share += body.weights[k];
-    if (share > 0.99) held.push(i);
+    let fraction = 0;
+    for (let k = 6 * i; k < 6 * i + 6; k++) if (FEET.includes(body.bones[k])) fraction += body.weights[k];
+    if (fraction > 0.99) onFeet.push(i);
   }
-  const lowest = held.reduce((low, i) => Math.min(low, body.rest[3 * i + 1]), Infinity);
-  return held.filter((i) => body.rest[3 * i + 1] < Math.fround(lowest + SOLE_HEIGHT));
+  const lowest = onFeet.reduce((low, i) => Math.min(low, body.rest[3 * i + 1]), Infinity);
+  return onFeet.filter((i) => body.rest[3 * i + 1] < Math.fround(lowest + SOLE_HEIGHT));
 }
 
 function heightOf(body, vertex) {

@@ -22,7 +22,7 @@ export class Mlp {
     this.live = kernels.words(2 * Math.max(...this.layers.map(({ ins }) => ins)));
   }
 
-  /** The output for one input; overwritten by the next. */
+  /** Returns the output for one input; the next call overwrites it. */
   run(inputs) {
     this.inputs.set(inputs);
     let value = this.inputs;
@@ -38,9 +38,9 @@ export class Mlp {
   }
 }
 
-/** Vertices from coefficients, over bases of 8 bits side by side. */
+/** Computes vertices from coefficients of 8-bit bases. */
 export class PackedBasis {
-  /** `bases`: arrays of one or more, each with `digits` (columns, 3, verts), differences along the vertices. */
+  /** `bases` is a list of arrays, each with `digits` (columns, 3, verts), differences along the vertices. */
   constructor(bases, kernels) {
     this.kernels = kernels;
     this.count = bases[0].digits.shape[2];
@@ -74,12 +74,12 @@ export class PackedBasis {
     }
   }
 
-  /** R (rest + B c) + t into `vertices`, with the transform of a joint. */
+  /** Writes R (rest + B c) + t into `vertices`, with the transform of a joint. */
   place(coefficients, rest, transforms, joint, vertices) {
     const wanted = this.scales.map((scale, k) => coefficients[this.modes[k]] * scale);
     const largest = wanted.reduce((most, each) => Math.max(most, Math.abs(each)), 0);
     const unit = largest > 0 ? Math.fround(largest / 32767) : 1;
-    wanted.forEach((each, k) => (this.weights[k] = rounded(Math.fround(each / unit))));
+    wanted.forEach((each, k) => (this.weights[k] = roundHalfToEven(Math.fround(each / unit))));
     const { digits, weights, blocks, pairs, sums, transform, count } = this;
     this.kernels.products(digits.byteOffset, weights.byteOffset, blocks, pairs, sums.byteOffset);
     intoColumns(transforms.subarray(12 * joint, 12 * joint + 12), transform);
@@ -88,8 +88,8 @@ export class PackedBasis {
   }
 }
 
-/** To the nearest whole number, halves to the even one. */
-function rounded(value) {
+/** Rounds to the nearest whole number, halves to the even one. */
+function roundHalfToEven(value) {
   const below = Math.floor(value), apart = value - below;
   if (apart !== 0.5) return apart < 0.5 ? below : below + 1;
   return below % 2 === 0 ? below : below + 1;

@@ -1,5 +1,5 @@
-// One garment on the body, frame by frame: pose, skin, animate, push out of the body. As `playback.Player`, but for what
-// comes after the animator: whole-cloth step, cover and projection are left out, a light push is in their place.
+// One garment on the body, frame by frame: pose, skin, animate, push out of the body. Unlike `playback.Player` it has a
+// light push in place of whole-cloth step, cover and projection.
 
 import { AgentDress } from "hemline/agentdress.js";
 import { part } from "hemline/container.js";
@@ -7,7 +7,7 @@ import { runUp } from "hemline/motion.js";
 import { Ropes } from "hemline/ropes.js";
 
 const ANIMATORS = { ropes: Ropes, agentdress: AgentDress };
-const PRE_ROLL = 1, GAP = 0.003, DEEPEST = 0.06, TURNS = 32;
+const PRE_ROLL = 1, GAP = 0.003, DEEPEST = 0.06, SEARCH_INTERVAL = 32;
 
 export class Player {
   constructor(index, contents, body, kernels) {
@@ -19,13 +19,13 @@ export class Player {
     this.vertices = kernels.floats(3 * this.count);
     this.normals = kernels.floats(3 * this.count);
     this.nearest = kernels.wordsOf(arrays.nearest);
-    this.settled = this.nearest.slice();
-    this.turn = -1;
+    this.initialNearest = this.nearest.slice();
+    this.round = -1;
   }
 
-  /** The state before a clip's frame at a time [s], in which the garment has settled. */
+  /** Returns the settled state before the frame of a clip at a time [s]. */
   start(clip, seconds, dt) {
-    const first = clip.at(seconds), second = seconds === 0 && clip.count > 1 ? this.#onward(clip, first, dt) : null;
+    const first = clip.at(seconds), second = seconds === 0 && clip.count > 1 ? this.#secondPose(clip, first, dt) : null;
     const poses = runUp(this.body, first, second, Math.round(PRE_ROLL / dt), dt);
     this.body.pose(poses[0]);
     let state = this.animator.start(this.body);
@@ -33,12 +33,12 @@ export class Player {
       this.body.pose(pose);
       state = this.animator.advance(state, this.body, dt);
     }
-    this.nearest.set(this.settled);
-    this.turn = -1; // all seek anew
+    this.nearest.set(this.initialNearest);
+    this.round = -1; // every vertex searches anew
     return state;
   }
 
-  /** The state at a pose, `dt` later [s]; the vertices are in `vertices`, those of the body in `body.vertices`. */
+  /** Returns the state at a pose, `dt` later [s]; vertices are in `vertices` and `body.vertices`. */
   step(state, pose, dt, { pushing = true } = {}) {
     const { body, animator, kernels, vertices } = this, began = performance.now();
     body.pose(pose);
@@ -55,7 +55,7 @@ export class Player {
     return after;
   }
 
-  /** Normals of the garment, weighted by area: for the picture. */
+  /** Computes area-weighted normals of the garment, for the picture. */
   shade() {
     const { faces, vertices, normals, count } = this;
     this.kernels.areaNormals(faces.byteOffset, vertices.byteOffset, faces.length / 3, count, normals.byteOffset);
@@ -64,14 +64,14 @@ export class Player {
   #push() {
     const { starts, around, samples, vertices: skin, normals } = this.body;
     this.kernels.push(
-      starts.byteOffset, around.byteOffset, samples.byteOffset, samples.length, this.turn, skin.byteOffset,
+      starts.byteOffset, around.byteOffset, samples.byteOffset, samples.length, this.round, skin.byteOffset,
       normals.byteOffset, GAP, DEEPEST, this.count, this.nearest.byteOffset, this.vertices.byteOffset,
     );
-    this.turn = (this.turn + 1) % TURNS;
+    this.round = (this.round + 1) % SEARCH_INTERVAL;
   }
 
-  /** Where the pelvis is `dt` after a clip's start, to whose speed the body runs up. */
-  #onward(clip, first, dt) {
+  /** Returns the pose `dt` after the start of a clip, to whose speed the body accelerates. */
+  #secondPose(clip, first, dt) {
     const next = clip.frame(1).translation;
     const translation = first.translation.map((place, c) => place + (next[c] - place) * Math.fround(dt * clip.fps));
     return { rotations: first.rotations, translation };

@@ -14,18 +14,18 @@ export function normalised(q) {
   return q.map((value) => value / size);
 }
 
-/** The rotation at a share of the shorter way, at constant angular speed (Shoemake 1985). */
-export function slerp(start, end, share) {
+/** Interpolates rotations on the shorter path at constant angular speed (Shoemake 1985). */
+export function slerp(start, end, fraction) {
   let cosine = start[0] * end[0] + start[1] * end[1] + start[2] * end[2] + start[3] * end[3];
   const sign = cosine < 0 ? -1 : 1;
   cosine = Math.min(Math.abs(cosine), 1);
   const theta = Math.acos(cosine), near = theta < 1e-4, sine = Math.sin(theta);
-  const first = near ? 1 - share : Math.sin((1 - share) * theta) / sine;
-  const second = sign * (near ? share : Math.sin(share * theta) / sine);
+  const first = near ? 1 - fraction : Math.sin((1 - fraction) * theta) / sine;
+  const second = sign * (near ? fraction : Math.sin(fraction * theta) / sine);
   return normalised([0, 1, 2, 3].map((i) => first * start[i] + second * end[i]));
 }
 
-/** The nine entries of the rotation matrix, row by row. */
+/** Returns the rotation matrix, row by row. */
 export function toMatrix([w, x, y, z]) {
   return [
     1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
@@ -34,5 +34,5 @@ export function toMatrix([w, x, y, z]) {
   ];
 }
 
-/** Quaternion `joint` of an array of many. */
+/** Returns quaternion `joint` of an array. */
 export const at = (rotations, joint) => [0, 1, 2, 3].map((i) => rotations[4 * joint + i]);

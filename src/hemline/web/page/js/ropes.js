@@ -18,19 +18,19 @@ export class Ropes {
     this.rest = kernels.floatsOf(arrays.rest);
   }
 
-  /** At rest on a body in a pose. */
+  /** Returns the state at rest on a body in a pose. */
   start(body) {
     return this.source.start(Float64Array.from(body.transforms));
   }
 
-  /** The state `dt` later [s], before its vertices are made. */
+  /** Returns the state `dt` later [s]; `show` makes its vertices. */
   advance(state, body, dt) {
     const [after, moved] = this.source.step(state, Float64Array.from(body.transforms), dt);
     this.moved = moved;
     return after;
   }
 
-  /** The vertices of the last `advance`, into the kernels' memory. */
+  /** Writes the vertices of the last `advance` into the memory of the kernels. */
   show(body, vertices) {
     const coefficients = this.networks.flatMap((network) => Array.from(network.run(this.moved)));
     this.basis.place(coefficients, this.rest, body.transforms, this.key, vertices);

@@ -1,4 +1,4 @@
-// The picture: body, garment, floor, light, and a camera that goes along.
+// The picture: body, garment, floor, light, and a camera that follows the body.
 
 import * as THREE from "three";
 import { OrbitControls } from "three/OrbitControls.js";
@@ -26,7 +26,7 @@ export class Scene {
     this.cloths = new Map();
   }
 
-  /** Take what a stage plays into the picture. */
+  /** Updates the picture from a stage. */
   show(stage) {
     this.skin ??= this.#mesh(stage.body.vertices, stage.body.normals, stage.body.faces, SKIN, true);
     if (!this.cloths.has(stage.player)) {
@@ -41,7 +41,7 @@ export class Scene {
     this.stale = true;
   }
 
-  /** Draw, if anything changed since it was drawn. */
+  /** Draws if anything has changed. */
   draw() {
     const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
     const ratio = this.renderer.getPixelRatio(), canvas = this.renderer.domElement;
@@ -55,7 +55,7 @@ export class Scene {
     this.stale = false;
   }
 
-  /** Keep the middle of the picture above the panel, and in a narrow window as much in sight as in a square one. */
+  /** Centres the picture above the panel; a narrow window shows as much as a square one. */
   #frame(width, height) {
     const panel = Math.min(document.getElementById("panel").offsetHeight, 0.3 * height), free = height - panel;
     this.camera.aspect = width / free;
@@ -63,12 +63,12 @@ export class Scene {
     this.camera.setViewOffset(width, free, 0, 0, width, height);
   }
 
-  /** Camera and light go along with the pelvis over the floor. */
+  /** Moves camera and light with the pelvis over the floor. */
   #follow(joints) {
-    const way = new THREE.Vector3(joints[0], 0, joints[2]).sub(this.place);
-    this.place.add(way);
-    for (const each of [this.camera.position, this.controls.target, this.sun.position, this.sun.target.position]) each.add(way);
-    this.floor.position.set(Math.round(this.place.x), 0, Math.round(this.place.z)); // by whole squares, so it seems to stand
+    const step = new THREE.Vector3(joints[0], 0, joints[2]).sub(this.place);
+    this.place.add(step);
+    for (const each of [this.camera.position, this.controls.target, this.sun.position, this.sun.target.position]) each.add(step);
+    this.floor.position.set(Math.round(this.place.x), 0, Math.round(this.place.z)); // by whole squares, so that it seems to stand still
   }
 
   #mesh(vertices, normals, faces, color, behind) {
@@ -77,7 +77,7 @@ export class Scene {
     geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3).setUsage(THREE.DynamicDrawUsage));
     geometry.setIndex(new THREE.BufferAttribute(Uint32Array.from(faces), 1));
     const material = new THREE.MeshStandardMaterial({ color, roughness: 0.85, side: THREE.DoubleSide });
-    // skin that lies a little over the cloth is drawn behind it
+    // draw skin that is slightly above the cloth behind it
     if (behind) Object.assign(material, { side: THREE.FrontSide, polygonOffset: true, polygonOffsetFactor: 1.5, polygonOffsetUnits: 60 });
     const mesh = new THREE.Mesh(geometry, material);
     mesh.frustumCulled = false;

@@ -1,4 +1,4 @@
-// What is played, at which time; no picture, no clock. The page and the tests step it.
+// Playback without picture or clock; the page and the tests step it.
 
 import { Body } from "hemline/body.js";
 import { part, readContainer } from "hemline/container.js";
@@ -22,7 +22,7 @@ export class Stage {
     return stage;
   }
 
-  /** Another garment, clip or shape; the clip starts anew, settled. A garment that knows one shape keeps to it. */
+  /** Changes garment, clip or shape, and restarts the clip, settled. A garment of a single shape keeps it. */
   choose(model, clip, betas = []) {
     this.players[model] ??= new Player(model, this.contents, this.body, this.kernels);
     this.player = this.players[model];
@@ -33,23 +33,23 @@ export class Stage {
     this.seek(0);
   }
 
-  /** Another shape from now on, where the garment follows it: nothing starts anew. */
+  /** Changes the shape without a restart, for garments that follow shapes. */
   reshape(betas) {
     this.body.reshape(betas);
     this.clip.place(this.body);
     this.body.pose(this.clip.at(this.seconds));
-    this.state = this.player.animator.reshaped(this.state, this.body);
+    this.state = this.player.animator.reshape(this.state, this.body);
     this.#show(STEP);
   }
 
-  /** The frame at a time of the clip, settled [s]. */
+  /** Shows the frame at a time of the clip, settled [s]. */
   seek(seconds, step = STEP) {
     this.seconds = Math.min(Math.max(seconds, 0), this.clip.seconds);
     this.state = this.player.start(this.clip, this.seconds, step);
     this.#show(step);
   }
 
-  /** `dt` later [s]; from the end of the clip on it starts again. */
+  /** Advances by `dt` [s]; after the end of the clip it restarts. */
   advance(dt) {
     if (this.seconds + dt > this.clip.seconds) {
       this.seek(0);
@@ -59,7 +59,7 @@ export class Stage {
     this.#show(dt);
   }
 
-  /** The clip's first frames at 30 a second, as arrays; `pushing`: after the push out of the body. */
+  /** Returns the first frames of the clip at 30 per second, as arrays; `pushing` includes the push out of the body. */
   frames(count, { pushing = false } = {}) {
     this.seconds = 0;
     this.state = this.player.start(this.clip, 0, STEP);
@@ -73,6 +73,6 @@ export class Stage {
 
   #show(dt) {
     this.state = this.player.step(this.state, this.clip.at(this.seconds), dt);
-    this.changed = true; // a picture of it is due
+    this.changed = true; // a picture is due
   }
 }

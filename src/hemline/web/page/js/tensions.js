@@ -1,7 +1,7 @@
 // The tridiagonal inequalities of one rope chain; animators/ropes/tension_kernels (paper, Eq. 1 to 9).
-// A chain is what lies in all arrays from node `a`, its root, to before node `b`.
+// A chain has the nodes from its root `a` to before `b` in all arrays.
 
-/** Unit directions, spans, what ropes lack of their lengths, taut flags, and the matrix, of one chain. */
+/** Computes unit directions, spans, slack, taut flags and the matrix of one chain. */
 export function readChain(w, a, b, lengths, inverse, positions) {
   const { directions, spans, slack, diagonal, beside, taut } = w;
   taut[a] = 0;
@@ -24,12 +24,12 @@ export function readChain(w, a, b, lengths, inverse, positions) {
   }
 }
 
-/** The smallest values >= 0 with A values >= wanted on the taut ropes; held ones have no sign. Block pivoting. */
-export function solveDirect(w, a, b, wanted, held, values) {
+/** Solves for the smallest values >= 0 with A values >= wanted on taut ropes, by block pivoting; signless ropes may have negative values. */
+export function solveDirect(w, a, b, wanted, signless, values) {
   const { diagonal, beside, taut, active, upper } = w, last = b - 1, count = last - a;
   let scale = 0, idle = true;
   for (let i = a + 1; i <= last; i++) {
-    active[i] = taut[i] && (held[i] || wanted[i] > 0 || values[i] > 0) ? 1 : 0;
+    active[i] = taut[i] && (signless[i] || wanted[i] > 0 || values[i] > 0) ? 1 : 0;
     scale = Math.max(scale, Math.abs(wanted[i]));
     idle &&= !active[i];
   }
@@ -42,7 +42,7 @@ export function solveDirect(w, a, b, wanted, held, values) {
     solveActive(w, a, b, wanted, values);
     let wrong = 0, furthest = 0;
     for (let i = a + 1; i <= last; i++) {
-      if (!taut[i] || held[i]) continue;
+      if (!taut[i] || signless[i]) continue;
       let bad = values[i] * diagonal[i] < -slack;
       if (!active[i]) {
         let there = i > a + 1 ? beside[i - 1] * values[i - 1] : 0;
@@ -59,7 +59,7 @@ export function solveDirect(w, a, b, wanted, held, values) {
       if (upper[i] === 1e300 && (!single || i === furthest)) active[i] = active[i] ? 0 : 1;
     }
   }
-  for (let i = a + 1; i <= last; i++) if (!held[i] && values[i] < 0) values[i] = 0;
+  for (let i = a + 1; i <= last; i++) if (!signless[i] && values[i] < 0) values[i] = 0;
 }
 
 function solveActive({ diagonal, beside, active, upper }, a, b, wanted, values) {
@@ -78,8 +78,8 @@ function solveActive({ diagonal, beside, active, upper }, a, b, wanted, values) 
   for (let i = last - 1; i > a; i--) if (active[i]) values[i] -= upper[i] * values[i + 1];
 }
 
-/** Gauss-Seidel sweeps for the same, from where the values are; from tip to root, or from root to tip. */
-export function solveSweeps({ diagonal, beside, taut }, a, b, wanted, held, sweeps, fromTip, values) {
+/** Improves such values by Gauss-Seidel sweeps, from tip to root or from root to tip. */
+export function solveSweeps({ diagonal, beside, taut }, a, b, wanted, signless, sweeps, fromTip, values) {
   const last = b - 1;
   for (let i = a + 1; i <= last; i++) if (!taut[i]) values[i] = 0;
   for (let sweep = 0; sweep < sweeps; sweep++) {
@@ -90,12 +90,12 @@ export function solveSweeps({ diagonal, beside, taut }, a, b, wanted, held, swee
       if (i > a + 1) value -= beside[i - 1] * values[i - 1];
       if (i < last) value -= beside[i] * values[i + 1];
       value /= diagonal[i];
-      values[i] = held[i] ? value : Math.max(0, value);
+      values[i] = signless[i] ? value : Math.max(0, value);
     }
   }
 }
 
-/** Right-hand side for the tensions, the turn of a time `ahead` included. */
+/** Computes the right-hand side for the tensions, with the rotation of a time `ahead`. */
 export function tensionDemand(w, a, b, inverse, tensions, velocities, h, ahead, wanted) {
   const { directions, spans, slack, accelerations } = w;
   for (let i = a + 1; i < b; i++) {
@@ -122,7 +122,7 @@ export function tensionDemand(w, a, b, inverse, tensions, velocities, h, ahead, 
   }
 }
 
-/** How fast each rope lengthens, beyond what takes up its slack within the step (Eq. 7). */
+/** Computes how fast each rope lengthens beyond its slack within the step (Eq. 7). */
 export function impulseDemand({ directions, slack }, a, b, velocities, h, wanted) {
   for (let i = a + 1; i < b; i++) {
     const n = 3 * i;
@@ -132,14 +132,14 @@ export function impulseDemand({ directions, slack }, a, b, velocities, h, wanted
   }
 }
 
-/** Change velocities by tensions over `time`, or by impulses with time 1 (Eq. 2 and 6). */
+/** Changes velocities by tensions over `time`, or by impulses with time 1 (Eq. 2 and 6). */
 export function pull({ directions }, a, b, inverse, values, time, velocities) {
   for (let i = a + 1; i < b; i++) {
-    const share = time * inverse[i];
+    const factor = time * inverse[i];
     for (let n = 3 * i; n < 3 * i + 3; n++) {
       let force = -values[i] * directions[n];
       if (i < b - 1) force += values[i + 1] * directions[n + 3];
-      velocities[n] += share * force;
+      velocities[n] += factor * force;
     }
   }
 }

@@ -1,13 +1,13 @@
-// Positions of one node: exact turns on the sphere of a taut rope; animators/ropes/turn_kernels (paper, Eq. 10 to 13).
+// Motion of one node: exact rotation on the sphere of a taut rope; animators/ropes/turn_kernels (paper, Eq. 10 to 13).
 
 const offset = new Float64Array(3);
 
-/** Move node i, where i - 1 is already, from `starts` into `positions`, h later. */
-export function moveNode(i, length, held, project, h, starts, velocities, positions) {
+/** Moves node i from `starts` to `positions` in a time h; node i - 1 has been moved already. */
+export function moveNode(i, length, pulling, project, h, starts, velocities, positions) {
   const n = 3 * i, p = n - 3;
   let x = starts[n] - starts[p], y = starts[n + 1] - starts[p + 1], z = starts[n + 2] - starts[p + 2];
   let vx = velocities[n], vy = velocities[n + 1], vz = velocities[n + 2], left = h;
-  if (held) {
+  if (pulling) {
     vx -= velocities[p], vy -= velocities[p + 1], vz -= velocities[p + 2];
   } else {
     vx -= (positions[p] - starts[p]) / h;
@@ -49,6 +49,6 @@ function turnAbout(x, y, z, vx, vy, vz, time, length) {
 
 function putBack(x, y, z, vx, vy, vz, time, length) {
   x += time * vx, y += time * vy, z += time * vz;
-  const share = length / Math.sqrt(x * x + y * y + z * z);
-  offset[0] = share * x, offset[1] = share * y, offset[2] = share * z;
+  const factor = length / Math.sqrt(x * x + y * y + z * z);
+  offset[0] = factor * x, offset[1] = factor * y, offset[2] = factor * z;
 }

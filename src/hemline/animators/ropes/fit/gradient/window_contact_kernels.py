@@ -1,59 +1,37 @@
-"""Contact of the chains of many windows at once, for their twin in torch: the same code as in a step, compiled."""
+"""Contact of the chains of many windows at once, for the torch reference, by the kernels of the step itself."""
 
 import numpy as np
 
+from hemline.animators.ropes.mechanics.kernel_inputs import BodyMotion, Chains, ContactSettings, NodeArrays
 from hemline.animators.ropes.mechanics.placed_kernels import PLACED, place_primitives
 from hemline.animators.ropes.mechanics.rope_collision_kernels import resolve_chain
+from hemline.collide.primitives.proxy import Colliders
 from hemline.compiled import kernel
 
 
 @kernel
 def resolve_windows(
-    offsets,
-    lengths,
-    margins,
-    kinds,
-    joints,
-    shapes,
-    centres,
-    friction,
-    choice,
-    velocity_choice,
-    h,
-    frames_from,
-    frames_to,
+    chains: Chains,
+    colliders: Colliders,
+    contact: ContactSettings,
+    bodies: BodyMotion,
     starts,
-    positions_out,
-    velocities_out,
-    touched_out,
+    nodes_out: NodeArrays,
     hit_out,
 ):
-    # model: chains, the primitives   in: choices (floats), substep h, frames (windows, joints, 3, 4) at both its ends,
-    #     starts (windows, nodes, 3) at its beginning
-    # in/out: positions_out, velocities_out (windows, nodes, 3)
-    # out: touched_out (windows, nodes), hit_out (windows, chains): whether any node of it touched
-    placed = np.zeros((PLACED, kinds.shape[0]))
-    for w in range(positions_out.shape[0]):
-        place_primitives(kinds, joints, shapes, centres, frames_from[w], frames_from[w], placed)
-        place_primitives(kinds, joints, shapes, centres, frames_from[w], frames_to[w], placed)
-        for c in range(offsets.shape[0] - 1):
-            hit_out[w, c] = resolve_chain(
-                offsets[c],
-                offsets[c + 1],
-                lengths,
-                margins,
-                kinds,
-                joints,
-                shapes,
-                placed,
-                frames_from[w],
-                frames_to[w],
-                friction,
-                choice,
-                velocity_choice,
-                h,
-                starts[w],
-                positions_out[w],
-                velocities_out[w],
-                touched_out[w],
-            )
+    """Pushes the chains of all windows out of the primitives.
+
+    All arrays of bodies, starts and nodes_out have an additional first axis: the window.
+
+    Reads: chains; colliders; contact; bodies: frames (windows, joints, 3, 4) over the substep; starts (windows, nodes,
+        3): positions at its beginning [m].
+    Writes: nodes_out: positions, velocities, touched; hit_out (windows, chains): whether any node of the chain touched.
+    """
+    placed = np.zeros((PLACED, colliders.kinds.shape[0]))
+    for w in range(nodes_out.positions.shape[0]):
+        body = BodyMotion(bodies.frames_from[w], bodies.frames_to[w], bodies.duration)
+        nodes = NodeArrays(nodes_out.positions[w], nodes_out.velocities[w], nodes_out.tensions[w], nodes_out.touched[w])
+        place_primitives(colliders, body.frames_from, body.frames_from, placed)
+        place_primitives(colliders, body.frames_from, body.frames_to, placed)
+        for c in range(chains.offsets.shape[0] - 1):
+            hit_out[w, c] = resolve_chain(chains, c, colliders, placed, body, contact, starts[w], nodes)

@@ -1,1 +1,0 @@
-"""What `judges.py` is made of."""

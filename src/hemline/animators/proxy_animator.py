@@ -1,0 +1,153 @@
+"""The base of the animators whose garment rides on a proxy, a coarse copy of it: `live`, `lag` and `swingar`."""
+
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from hemline.arrays import Float, Int
+from hemline.bodies import ShapedBody
+from hemline.compiled import real_time_threads
+from hemline.files.contents import array_of, damage_as_bad_model, entry
+from hemline.garments import Garment
+from hemline.garments.proxy.proxy import ProxySize, proxy_of
+
+from .model_file import garment_of, save_model
+from .settle import settle_garment
+
+Prepared = TypeVar("Prepared")
+"""What an animator prepares for one shape of the body."""
+
+
+class SettledProxy(NamedTuple):
+    """The first fields of a `ProxyAnimator`."""
+
+    garment: Garment
+    rest: Float[np.ndarray, "coarse 3"]
+    body_name: str
+    body_hash: str
+
+
+class DressedProxy(NamedTuple):
+    """A garment and its proxy on one shape of the body."""
+
+    fine: Garment
+    """The garment that is shown."""
+    coarse: Garment
+    """The proxy."""
+    vertex_ids: Int[np.ndarray, " coarse"]
+    """Index in the garment of each vertex of the proxy."""
+    rest: Float[np.ndarray, "coarse 3"] | None
+    """The proxy settled in the rest pose [m], float32; None if it has not settled on this shape yet."""
+
+
+@dataclass(frozen=True, eq=False)
+class ProxyAnimator(ABC, Generic[Prepared]):
+    """A garment that rides on a proxy, which the subclass moves. What a body shape needs is prepared once.
+
+    Attributes:
+        garment: The garment.
+        rest: The proxy settled on the body that the garment was made for (coarse, 3) [m], float32.
+        body_name: Name of that body.
+        body_hash: Hash of that body.
+    """
+
+    garment: Garment
+    rest: Float[np.ndarray, "coarse 3"]
+    body_name: str
+    body_hash: str
+
+    _prepared: dict[bytes, Prepared] = field(default_factory=dict, init=False, repr=False)
+    """What is prepared for each shape of the body, by its betas."""
+    _lock: Any = field(default_factory=threading.Lock, init=False, repr=False)
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name of the kind of animator."""
+
+    @property
+    @abstractmethod
+    def size(self) -> ProxySize:
+        """Size of the proxy."""
+
+    @abstractmethod
+    def _prepare(self, dressed: DressedProxy, shaped: ShapedBody) -> Prepared:
+        """Prepares what a step needs on one shape of the body."""
+
+    @cached_property
+    def coarse(self) -> tuple[Garment, Int[np.ndarray, " coarse"]]:
+        """The proxy, and the index in the garment of each of its vertices."""
+        return proxy_of(self.garment, self.size)
+
+    def _on(self, shaped: ShapedBody) -> Prepared:
+        """Returns what was prepared for a shape of the body; prepares it on the first call."""
+        key = np.asarray(shaped.betas, np.float32).tobytes()
+        with self._lock:
+            if key not in self._prepared:
+                (coarse, vertex_ids), own = self.coarse, self.garment.is_on(shaped)
+                fine, coarse = self.garment.dressed(shaped), coarse.dressed(shaped)
+                dressed = DressedProxy(fine, coarse, vertex_ids, self.rest if own else None)
+                self._prepared[key] = self._prepare(dressed, shaped)
+        return self._prepared[key]
+
+    def _save(
+        self,
+        path: str | Path,
+        arrays: Mapping[str, np.ndarray],
+        *,
+        config: Mapping[str, Any],
+        figures: Mapping[str, float],
+        licences: Sequence[str],
+        extra: Mapping[str, Any],
+    ) -> None:
+        """Writes a model file with the garment and its settled proxy; see `model_file.save_model`."""
+        save_model(
+            path,
+            self.name,
+            {"rest": self.rest} | dict(arrays),
+            garment=self.garment,
+            body={"name": self.body_name, "hash": self.body_hash},
+            config=config,
+            figures=figures,
+            licences=licences,
+            extra=extra,
+        )
+
+
+@real_time_threads()
+def settle_proxy(garment: Garment, body: ShapedBody, size: ProxySize, *, self_contact: bool = True) -> SettledProxy:
+    """Dresses a body in a garment and settles its proxy, which takes a few seconds.
+
+    Args:
+        garment: The garment.
+        body: The body that it was made for.
+        size: Size of the proxy.
+        self_contact: Whether the cloth collides with itself while it settles.
+
+    Raises:
+        BadGarment: The garment was made for another body.
+        SimulationFailed: The proxy could not be settled.
+    """
+    dressed = garment.dressed(body)
+    coarse, _ = proxy_of(dressed, size)
+    rest = settle_garment(coarse, body, self_contact=self_contact).astype(np.float32)
+    return SettledProxy(dressed, rest, body.body.name, body.body.hash)
+
+
+def read_proxy(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any], size: ProxySize) -> SettledProxy:
+    """Reads a garment with its settled proxy from the contents of a model file.
+
+    Raises:
+        BadModel: A key is missing or of another type, or `rest` does not fit the garment and the size of its proxy.
+    """
+    garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
+    with damage_as_bad_model("the model's garment"):
+        count = len(proxy_of(garment, size)[1])
+    rest = array_of(arrays, "rest", "float32", (count, 3))
+    return SettledProxy(garment, rest, entry(body, "name", str), entry(body, "hash", str))

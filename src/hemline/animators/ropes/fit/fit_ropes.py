@@ -1,0 +1,112 @@
+"""Building of the ropes of a dataset's garment, and their calibration on the clips to train on."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hemline.animators.base import Progress
+from hemline.animators.ropes.bones.chains import Ropes
+from hemline.animators.ropes.config import RopesConfig
+from hemline.animators.ropes.layout.layout import build_ropes
+from hemline.arrays import FramesOfVertices, Vertices
+from hemline.bodies.body import ShapedBody
+from hemline.datasets import Row
+from hemline.learning.key_frame import to_key_frame
+from hemline.motions import JOINT_NAMES
+
+from .calibrate import Clip, bone_error_mm, calibrate
+from .gather import TakeFrames
+
+WINDOW_SECONDS, SHORTEST_CLIP_SECONDS = 2.0, 1.0
+"""Length of the windows to which constants are fitted, and of the shortest clips from which they are taken [s]."""
+MAX_CLIPS = 12
+"""Largest number of clips that the constants are fitted to."""
+MAX_SSDR_FRAMES = 80
+"""Largest number of frames of a skinning decomposition."""
+
+
+def fit_ropes(
+    source: TakeFrames, shaped: ShapedBody, rest: Vertices, config: RopesConfig, progress: Progress | None
+) -> tuple[Ropes, dict[str, float]]:
+    """Builds ropes on the garment of a dataset and fits their constants to the simulation.
+
+    Args:
+        source: The takes.
+        shaped: The body on the shape that the garment was made on.
+        rest: The settled drape on it [m].
+        config: Options.
+        progress: Called with stage, steps done and steps in all.
+
+    Returns:
+        The ropes, and the mean distance of their bones to the ground truth over windows of `WINDOW_SECONDS`, on the
+        clips to train on and on the others [mm]. Shorter clips are ignored.
+    """
+    strain = float(np.median([row.figures.get("edge_strain_p99", 0.02) for row in source.rows]))
+    garment = source.dataset.garment
+    ropes = build_ropes(
+        garment if config.layout == "auto" else replace(garment, chains=()),
+        shaped,
+        rest=rest,
+        chain_count=config.chains,
+        bone_counts=(config.chain_bones - 1, config.chain_bones + 1),
+        strain_p99=strain,
+        frames=sample_frames(source, shaped) if config.layout == "ssdr" else None,
+    )
+    train = _clips(source, ropes, shaped, train=True)
+    if config.calibrate and train:
+        ropes = calibrate(
+            ropes,
+            shaped,
+            train,
+            window_seconds=_window(train),
+            gradient_steps=config.gradient_steps,
+            progress=progress,
+        )
+    figures = {}
+    for name, clips in (("train", train), ("held_out", _clips(source, ropes, shaped, train=False))):
+        if clips:
+            figures[f"{name}_ropes_mm"] = bone_error_mm(ropes, shaped, clips, window_seconds=_window(clips))
+    return ropes, figures
+
+
+def sample_frames(source: TakeFrames, shaped: ShapedBody) -> FramesOfVertices:
+    """Returns frames sampled evenly from the takes to train on, in the frame of the key joint [m]."""
+    key = JOINT_NAMES.index(source.dataset.garment.key_joint)
+    rows = _rows(source, shaped, train=True)
+    each = max(1, MAX_SSDR_FRAMES // len(rows))
+    result = []
+    for row in rows:
+        take = source.dataset.take(row)
+        some = take.clip_frames[np.linspace(0, len(take.clip_frames) - 1, min(each, row.clip_frames)).astype(int)]
+        transforms, _ = shaped.transforms_of(take.motion.rotations[some], take.motion.translations[some])
+        result += [
+            to_key_frame(at[key].astype(np.float64), take.vertices[i]) for at, i in zip(transforms, some, strict=True)
+        ]
+    return np.array([result[i] for i in np.linspace(0, len(result) - 1, min(MAX_SSDR_FRAMES, len(result))).astype(int)])
+
+
+def _window(clips: list[Clip]) -> float:
+    """Returns the length of the windows, at most that of the longest clip [s]."""
+    return min(WINDOW_SECONDS, max((len(motion) - 2) / motion.fps for motion, _ in clips))
+
+
+def _clips(source: TakeFrames, ropes: Ropes, shaped: ShapedBody, *, train: bool) -> list[Clip]:
+    """Returns poses and simulated bones of takes on this shape, spread evenly over the dataset."""
+    rows = _rows(source, shaped, train=train)
+    result = []
+    for index in np.unique(np.linspace(0, len(rows) - 1, min(MAX_CLIPS, len(rows))).astype(int)):
+        take = source.dataset.take(rows[index])
+        first = int(take.clip_frames[0])
+        motion = take.motion[first:]
+        if len(motion) > SHORTEST_CLIP_SECONDS * motion.fps + 1:
+            result.append((motion, ropes.positions_on(take.vertices[first:])))
+    return result
+
+
+def _rows(source: TakeFrames, shaped: ShapedBody, *, train: bool) -> list[Row]:
+    """Returns the takes on this shape to train on, or the others."""
+    return [
+        row
+        for row, side in zip(source.rows, source.sides, strict=True)
+        if (side == 0) is train and np.array_equal(source.shaped[source.shape_of(row)].betas, shaped.betas)
+    ]

@@ -1,0 +1,152 @@
+"""Opens a garment by name or from a file and puts it on a body; tries it on where it does not sit there."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from hemline.errors import BadDataset, BadGarment, OffBody
+from hemline.files import check_folder, content_hash
+from hemline.garments.garment import Garment
+from hemline.garments.material import Material
+from hemline.garments.reading.read import garment_of_source, put_on, read_source
+from hemline.garments.reading.source import GarmentSource
+from hemline.garments.shipped import is_name, load
+
+from .openings import joints_through_cloth
+from .try_on import TryOn, try_on, try_on_source
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+
+Fit = Literal["auto", "as-is", "try-on"]
+"""How a garment is put on a body: as its file places it, tried on, or tried on only if it does not sit there."""
+
+
+def open_garment(
+    name_or_path: str | Path,
+    body: "ShapedBody",
+    *,
+    fit: Fit = "auto",
+    dressed: bool = True,
+    material: Material | str | None = None,
+    dataset: str | Path | None = None,
+    say: Callable[[str], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Garment:
+    """Opens a garment by name or from a file, on a body.
+
+    Meshes of other makers often do not sit on the body: they are far from it or inside it, their pins are, or a bone
+    goes through their cloth. With `fit="auto"` such a mesh is tried on (see `try_on`), which takes about a minute.
+
+    Args:
+        name_or_path: A name that `garments.load` knows, such as `cape` or `dress:7`, or a file that `garments.read`
+            reads.
+        body: The body to wear the garment.
+        fit: `auto`: a mesh that does not sit on the body is tried on; `as-is`: it is refused; `try-on`: every garment
+            is tried on, or at least settled and judged.
+        dressed: Whether the garment is moved onto the shape of `body`; otherwise it stays on the shape of that body
+            that it was made on.
+        material: What it is made of, a material or the name of one; None: as it says itself.
+        dataset: Folder of a dataset, there or not, that keeps garments that were tried on, as `worn/<hash>.safetensors`
+            with the hash of mesh, TOML and body. Opening the same mesh again returns the very same garment at once.
+        say: Called with a line for each thing that is done and that takes time.
+        progress: Called with frames done and frames in all while a garment is tried on.
+
+    Returns:
+        The garment on `body`, or on another shape of that body.
+
+    Raises:
+        BadGarment: Unknown name or material, a file that contradicts itself, or a garment that cannot be worn.
+        OffBody: With `as-is`: the garment does not sit on the body (a BadGarment as well).
+        BadMesh: The mesh cannot be read, or no cloth can be made of it.
+        BadDataset: The mesh would have to be tried on, and the dataset has a garment that was not made of it.
+        BadOutput: The folder of the dataset cannot be written to.
+
+    Example:
+        >>> skirt = hemline.open_garment("skirt.obj", hemline.bodies.load("anny24").shaped())
+    """
+    fabric = None if material is None else Material.of(material)  # an unknown one is refused before a mesh is tried on
+    tell = say or (lambda line: None)
+    if is_name(name_or_path):
+        garment = load(str(name_or_path), body, dressed=dressed)
+        if fit == "try-on":
+            _check_wearable(try_on(name_or_path, body), f"'{name_or_path}' cannot be worn", tell)
+    else:
+        source = GarmentSource.open(name_or_path)
+        if fit == "as-is" or (fit == "auto" and source.kind != "mesh"):
+            garment = read_source(source, body, dressed=dressed)
+        else:
+            garment = _fitted(source, body, fit, dressed, dataset, tell, progress)
+    return garment if fabric is None else garment.in_material(fabric)
+
+
+def _fitted(
+    source: GarmentSource,
+    body: "ShapedBody",
+    fit: Fit,
+    dressed: bool,
+    dataset: str | Path | None,
+    tell: Callable[[str], None],
+    progress: Callable[[int, int], None] | None,
+) -> Garment:
+    """Returns the garment of a file, tried on where it has to be: now, or before, if the dataset kept it."""
+    name = source.path.name
+    kept = None
+    if dataset is not None and source.kind == "mesh":
+        kept = Path(dataset) / "worn" / f"{_source_hash(source, body)}.safetensors"
+        if kept.exists():
+            tell(f"{name} was tried on before: going on with {kept}")
+            return put_on(Garment.load(kept), body, dressed=dressed)
+    if fit == "auto":
+        garment = garment_of_source(source, body)
+        if not isinstance(garment, OffBody):
+            garment = put_on(garment, body, dressed=dressed)
+            if sits_on_body(garment, body):
+                return garment
+    if dataset is not None and kept is not None:
+        _check_dataset(Path(dataset), name)
+    fault = "cannot be worn"
+    if fit == "auto":
+        tell(f"{name} does not sit on the body: trying it on (as 'hemline tryon' would)")
+        fault = "does not sit on the body and cannot be worn as it is"
+    tried = try_on_source(source, body, say=tell, progress=progress)
+    _check_wearable(tried, f"{name} {fault}", tell, keep_in=kept)
+    tell(f"{name} is worn" + ("" if kept is None else f", and kept as {kept}"))
+    return put_on(tried.garment, body, dressed=dressed)
+
+
+def sits_on_body(garment: Garment, shaped: "ShapedBody") -> bool:
+    """Whether no bone of trunk, arms or legs goes through a garment's cloth, on the shape that it was made on."""
+    made_on = shaped if garment.is_on(shaped) else shaped.body.shaped(garment.body_betas)
+    # a cap may be closed above the head
+    return not set(joints_through_cloth(garment.vertices, garment.faces, made_on)) - {"head"}
+
+
+def _source_hash(source: GarmentSource, shaped: "ShapedBody") -> str:
+    """Returns a hash of the mesh, its description and the body; names of files do not count."""
+    mesh, description = source.mesh, replace(source.description, mesh="", name=None)
+    pattern = [each for each in (mesh.pattern, mesh.pattern_faces) if each is not None]
+    betas = {"betas": [float(beta) for beta in shaped.betas]}
+    return content_hash(mesh.vertices, mesh.faces, *pattern, repr(description), shaped.body.hash, betas)
+
+
+def _check_dataset(folder: Path, name: str) -> None:
+    """Refuses a dataset that was made for another garment, or whose folder cannot be written to."""
+    if (folder / "garment.safetensors").exists():
+        cure = f"choose another folder, or name {folder / 'garment.safetensors'} to go on with that one"
+        raise BadDataset(f"{folder} was made for another garment", f"{name}, not tried on for it", cure)
+    check_folder(folder)
+
+
+def _check_wearable(tried: TryOn, what: str, tell: Callable[[str], None], keep_in: Path | None = None) -> None:
+    """Refuses a garment that cannot be worn; saves one that can, and passes its warnings on."""
+    if tried.fitness.reason is not None:
+        place = "place it on the body at rest (y up, facing +z)"
+        cure = f"see it with 'hemline tryon', {place}, or say more in a TOML beside it"
+        raise BadGarment(what, tried.fitness.reason, cure)
+    if keep_in is not None:
+        keep_in.parent.mkdir(parents=True, exist_ok=True)
+        tried.garment.save(keep_in)
+    for warning in tried.fitness.warnings:
+        tell(f"warning: {warning}")
