@@ -138,23 +138,25 @@ def _picture(posed: bodies.PosedBody, vertices: np.ndarray, inner: np.ndarray, o
 
 def page(rows: list[dict[str, Any]]) -> str:
     """Returns the page docs/layers.md."""
+    unreported = sum(row["behind_not_reported"] for row in rows)
+    buried = sum(row["inside_body"] for row in rows)
     head = (
         "# Garments over garments\n\n"
-        "`hemline animate trousers-light --over skirt -m dance` plays two models together, `hemline animate lag "
-        "--garment trousers-light --over dress-light -m walk`\ntwo garments of one model. Each is kept out of those "
-        "beneath it, in the order of `--over`, and out of the body: [how](../src/hemline/collide/layers/README.md).\n"
-        "`lag` and `live` settle them together first. Where that fails, as garments go through each other where "
-        "they were\nmade, such as a dress with sleeves over a shirt, they settle one by one, and are moved apart "
-        "before they are played.\n\n"
+        "`hemline animate trousers-light --over skirt -m dance` combines two models; `hemline animate lag --garment "
+        "trousers-light --over dress-light -m walk` combines two garments of one model. In the order of `--over`, each "
+        "garment is kept out of the body and of the garments beneath it: "
+        "[how](../src/hemline/collide/layers/README.md). `lag` and `live` settle garments together first. If they "
+        "intersect where they were made, such as a dress with sleeves over a shirt, they settle one by one and are "
+        "moved apart before playing.\n\n"
         "![Before and after](layers.webp)\n\n"
-        f"Measured on {rows[-1]['machine']}, one thread, commit "
-        f"{', '.join(dict.fromkeys(row['commit'] for row in rows))}, by `python -m benchmarks.layers`. "
-        "Behind: fraction of the outer garment's vertices\ninside the inner one, closed at its rims; the remaining "
-        "ones are listed in each frame's report (`caught`).\n"
-        "Before: kept out of the body alone; after: kept out of the inner garment, too.\n\n"
-        "| outer over inner, clip | by | frames | behind before: mean, worst | after: mean, worst | not reported "
-        "| inside the body, not pinched | stretch p99, before; after | edges more than 30 % too long "
-        "| frame before | added, median |\n|---|---|---|---|---|---|---|---|---|---|---|\n"
+        f"Measured by `python -m benchmarks.layers` on {rows[-1]['machine']}, one thread. *Behind* is the fraction of "
+        "vertices of the outer garment that are inside the inner one, closed at its rims; the report of each frame "
+        "names those that remain (`caught`). *Before* means kept out of the body only, *after* also out of the inner "
+        f"garment. In all rows together, {unreported} vertices behind were not reported, and {buried} vertices were "
+        "inside the body without being pinched.\n\n"
+        "| outer over inner, clip | models | frames | behind before: mean, worst | behind after: mean, worst "
+        "| stretch p99: before, after | edges over 30 % too long: before, after | frame before | added time, median |\n"
+        "|---|---|---|---|---|---|---|---|---|\n"
     )
     return head + "".join(_line(row) for row in rows)
 
@@ -165,8 +167,8 @@ def _line(row: dict[str, Any]) -> str:
     )
     return (
         f"| {row['case']} | {row['by']} | {row['frames']} | {before[0]:.2f} %, {before[1]:.2f} % "
-        f"| {after[0]:.3f} %, {after[1]:.3f} % | {row['behind_not_reported']} | {row['inside_body']} "
-        f"| {p99[0]:.1f}; {p99[1]:.1f} % | {long[0]:.3f}; {long[1]:.3f} % "
+        f"| {after[0]:.3f} %, {after[1]:.3f} % "
+        f"| {p99[0]:.1f} %, {p99[1]:.1f} % | {long[0]:.3f} %, {long[1]:.3f} % "
         f"| {row['frame_ms']:.1f} ms | {row['layers_ms']:.1f} ms |\n"
     )
 

@@ -45,7 +45,7 @@ def embedding_error_mm(garment: Garment, take: Take) -> dict[int, float]:
         embedding = Embedding.of(garment, coarse, kept)
         fine = [take.vertices[frame] for frame in take.clip_frames]
         results[size] = float(
-            np.mean([distance_mm(embedding.carry_mesh(each[kept].astype(np.float64)), each) for each in fine])
+            np.mean([distance_mm(embedding.fine_vertices(each[kept].astype(np.float64)), each) for each in fine])
         )
     return results
 

@@ -24,7 +24,7 @@ TAKES, SECONDS = 10, 5.0
 def main() -> None:
     """Makes the takes, prints and records."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("garment", nargs="?", default="skirt-light", help="Garment to simulate (default: skirt-light).")
+    parser.add_argument("garment", nargs="?", default="skirt-light", help="Garment (default: skirt-light).")
     name = parser.parse_args().garment
     garment, jobs = garments.load(name), os.cpu_count() or 1
     long = [

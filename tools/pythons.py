@@ -82,10 +82,10 @@ def environment(name: str, python: str, extras: list[str]) -> Path:
     return inside
 
 
-def run(command: list[str], *, check: bool = True, **environ: str) -> int:
+def run(command: list[str], *, check: bool = True, environ: dict[str, str] | None = None) -> int:
     """Prints and runs a command in the folder of the project."""
     print("$", " ".join(command), flush=True)
-    status = subprocess.run(command, cwd=ROOT, env=os.environ | environ).returncode
+    status = subprocess.run(command, cwd=ROOT, env=os.environ | (environ or {})).returncode
     if status and check:
         raise SystemExit(f"ended with status {status}: {' '.join(command)}")
     return status
@@ -98,12 +98,12 @@ def run_tests(name: str, python: str, options: list[str]) -> bool:
     quick = [] if name != LOWEST else QUICK
     if name == LOWEST:
         demo = [str(inside.with_name("hemline")), "demo", "--out", f"out/demo-{name}"]
-        if run(demo, check=False, **kernels):
+        if run(demo, check=False, environ=kernels):
             return False
     else:
-        run([str(inside.with_name("hemline")), "warmup", "--jobs", "2"], **kernels)
+        run([str(inside.with_name("hemline")), "warmup", "--jobs", "2"], environ=kernels)
     common = ["-m", "not slow", "--numprocesses", "auto", "--maxprocesses", "8", "--dist", "loadfile"]
-    return run([str(inside), "-m", "pytest", *common, *(options or quick)], check=False, **kernels) == 0
+    return run([str(inside), "-m", "pytest", *common, *(options or quick)], check=False, environ=kernels) == 0
 
 
 def main(arguments: list[str]) -> int:

@@ -51,12 +51,12 @@ class EngineScene:
         rest = None if self.flat else self.rest_vertices
         return make_sheet(self.faces, self.rest_edges, self.elastic, rest_vertices=rest)
 
-    def still(self, frames: int) -> "JudgedScene":
+    def still(self, frames: int) -> "EngineScene":
         """Returns the scene with body and pins fixed in the first frame."""
         body, pinned = self.body[:1], self.pinned[:1]
         return replace(self, body=np.repeat(body, frames, axis=0), pinned=np.repeat(pinned, frames, axis=0))
 
-    def first(self, frames: int) -> "JudgedScene":
+    def first(self, frames: int) -> "EngineScene":
         """Returns the first frames of the scene."""
         return replace(self, body=self.body[:frames], pinned=self.pinned[:frames])
 

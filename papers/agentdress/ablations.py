@@ -1,4 +1,4 @@
-"""AgentDress with parts removed or exchanged, evaluated on pairs of a pose and a body."""
+"""AgentDress with parts removed or exchanged, and baseline pose models, evaluated on pairs of a pose and a body."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace

@@ -155,7 +155,7 @@ def error_mm(model_of: Callable[[Pair], AnimatorAgentDress], pairs: list[Pair], 
     )
 
 
-MODES = AgentDressConfig().shape_modes
+BASIS_MODES = AgentDressConfig().shape_modes
 
 
 def shape_errors(model: AnimatorAgentDress, anchors: AnchorSet) -> dict[str, float]:
@@ -203,7 +203,7 @@ def _joint_kernel_mm(
     test: Sequence[int],
 ) -> float:
     """Returns the test error of the kernel with the width and ridge of least validation error [mm]."""
-    basis, outputs = principal_of_rows(changes.reshape(changes.shape[0] * changes.shape[1], -1), MODES)
+    basis, outputs = principal_of_rows(changes.reshape(changes.shape[0] * changes.shape[1], -1), BASIS_MODES)
     count, shapes = changes.shape[:2]
     poses = np.repeat(np.arange(count), shapes)
     training = ShapeChanges(poses, np.tile(coordinates, (count, 1)), outputs, poses)

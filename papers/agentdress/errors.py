@@ -120,8 +120,8 @@ def _sorted(errors: dict[str, list[float]]) -> list[list]:
     return sorted(([name, *values] for name, values in errors.items()), key=lambda each: each[1])
 
 
-SIZES = (2, 5, 10, 20, 40)
-"""Numbers of anchors below the number that exists."""
+ANCHOR_COUNTS = (2, 5, 10, 20, 40)
+"""Numbers of anchors in Fig. 9, as far as there are more."""
 
 
 def errors_by_anchor_count(
@@ -129,7 +129,7 @@ def errors_by_anchor_count(
 ) -> dict[int, dict[str, float]]:
     """Returns mean errors by number of anchors [mm]; the number of single poses is reduced in proportion."""
     weights, errors = joint_weights(anchors.sensitivity[0]), {}
-    for size in (each for each in SIZES if each < len(anchors.rotations)):
+    for size in (each for each in ANCHOR_COUNTS if each < len(anchors.rotations)):
         some = cluster_centres(anchors.rotations, weights, size)
         count = round(size * len(anchors.single_rotations) / len(anchors.rotations))
         singles = cluster_centres(anchors.single_rotations, weights, count) if count else np.empty(0, int)
@@ -149,7 +149,9 @@ def draw_curve(row: Row) -> None:
     by_size = row["by_anchors_mm"]
     sheet, ((plot,),) = axes(1, 1, width=6.4, height=3.8)
     for name in by_size[max(by_size, key=int)]:
-        plot.plot(list(by_size), [errors.get(name) for errors in by_size.values()], marker="o", label=name)
+        plot.plot(
+            [int(size) for size in by_size], [errors.get(name) for errors in by_size.values()], marker="o", label=name
+        )
     plot.set(xlabel="anchors", ylabel="mean error [mm]", ylim=(0, None))
     plot.legend(fontsize=7)
     save_sheet(sheet, PAGES, f"errors-{row['garment']}.png")

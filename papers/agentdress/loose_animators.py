@@ -44,7 +44,7 @@ class GarmentAnimator:
         return JOINT_NAMES.index(self.garment.key_joint)
 
     def save(self, path: str | Path) -> None:
-        """Not supported, as these animators are not saved."""
+        """Raises NotImplementedError, as these animators are not saved."""
         raise NotImplementedError
 
 

@@ -1,4 +1,4 @@
-"""Anchors of a loose garment: few poses, on the mean body and on two bodies for each of the first betas."""
+"""Anchors of a loose garment on few poses and bodies, and its test set of clips on the mean and on random bodies."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,8 +22,7 @@ SHAPES = [(), *((*[0.0] * index, value) for index in range(4) for value in (-2.0
 
 
 def make_anchors(folder: Path, garment: Garment, clips: list[str], *, count: int, seed: int, jobs: int = 1) -> None:
-    """Settles a garment in representative poses of clips on nine shapes, like `hemline drape --anchors` on fewer
-    shapes.
+    """Settles a garment in representative poses of clips on nine shapes, fewer than `hemline drape --anchors`.
 
     Args:
         folder: The dataset, made if missing and continued.

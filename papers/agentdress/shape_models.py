@@ -11,7 +11,6 @@ the row is written.
 
 import time
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -247,15 +246,6 @@ def measure(scenes: Sequence[ShapePredictions]) -> Row:
     }
 
 
-def round_figures(value: Any) -> Any:
-    """Rounds all numbers of a row to four decimals."""
-    if isinstance(value, dict):
-        return {name: round_figures(each) for name, each in value.items()}
-    if isinstance(value, list):
-        return [round_figures(each) for each in value]
-    return round(float(value), 4) if isinstance(value, float) else value
-
-
 def main() -> None:
     """Settles what the test set lacks, measures, records, draws and writes the page."""
     options = parse_options(
@@ -285,7 +275,7 @@ def main() -> None:
         "random_betas": options.betas,
         "components": COMPONENTS,
     }
-    (row,) = record(NAME, round_figures(row | measure(scenes)))
+    (row,) = record(NAME, row | measure(scenes))
     print(row["error_mm"])
     if options.betas == PAPER_BETAS:
         draw_figures(row)

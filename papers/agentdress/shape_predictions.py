@@ -1,4 +1,4 @@
-"""Models that predict the garment on a body of any shape, in the pose of one anchor."""
+"""Drapes in the pose of one anchor on known and random bodies, and models that predict them from the body shape."""
 
 import sys
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A close-fitting garment on many clips and bodies: `python -m papers.agentdress.watched MODEL CLIP... --output FOLDER`.
+"""A garment on many clips and bodies: `python -m papers.agentdress.watched MODEL CLIP... --output FOLDER`.
 
 MODEL is a model file or the name of a shipped model, a CLIP a shipped one or a recording. Each clip is played on the
 mean body and on random bodies of four betas. FOLDER takes the figures of `hemline evaluate` for each clip and body, and

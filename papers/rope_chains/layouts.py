@@ -37,7 +37,7 @@ COUNTS = ((10, 14), (14, 14), (20, 14), (26, 9), (30, 12), (36, 12), (40, 14))
 DECOMPOSED = ((10, 14), (20, 14), (26, 9))
 """The numbers of `COUNTS` that are also built by decomposition, which takes half a minute each."""
 HEADER = """\
-| layout | chains x bones asked for | bones in all | line, train, mm | validation | test |
+| layout | chains x bones asked | bones in all | line, train, mm | validation | test |
 |---|---|---|---|---|---|"""
 PAGE = """\
 # Where the bones of a {name} lie

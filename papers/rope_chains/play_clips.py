@@ -187,7 +187,7 @@ def table_row(row: dict) -> str:
 
 
 HEADER = """\
-| clip | error mm: own; by simulated bones; rest drape carried | stretch p99 % | worst frame % | > 30 % long, % | \
+| clip | error mm: own; by simulated bones; rigid rest drape | stretch p99 % | worst frame % | > 30 % long, % | \
 inside before, % | projection moves, % | inside after, % | jerk / truth | ripples deg (truth) | \
 hem power / truth by band | frame ms (step) |
 |---|---|---|---|---|---|---|---|---|---|---|---|"""
@@ -202,7 +202,7 @@ TRUTH holds clips of subjects that were not part of the fit; "->": without and w
 
 {table}
 
-Means over the clips: own error {own:.0f} mm, by simulated bones {driven:.1f} mm, the rest drape carried along stiffly
+Means over the clips: own error {own:.0f} mm, by simulated bones {driven:.1f} mm, the rest drape moved rigidly
 {stiff:.0f} mm; stretch p99 {stretch:.1f} % (worst frame {worst:.0f} %), without the step {torn:.1f} %
 ({torn_worst:.0f} %); {long:.3f} % of the edges are more than 30 % too long, without the step {torn_long:.2f} %; inside
 before the projection {before:.2f} %; the projection moves {resolved:.2f} % of the vertices by more than a millimetre.

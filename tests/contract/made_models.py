@@ -71,7 +71,7 @@ def ropes_model() -> AnimatorRopes:
         sizes = ((16, inputs), (16, 16), (outputs, 16))
         weights = [random.normal(size=s) / np.sqrt(s[1]) for s in sizes]
         biases = [0.1 * random.normal(size=s[0]) for s in sizes]
-        return Mlp.as_stored([*weights[:2], size * weights[2]], [*biases[:2], size * biases[2]])
+        return Mlp.from_weights([*weights[:2], size * weights[2]], [*biases[:2], size * biases[2]])
 
     first, second = pack_basis(basis[:modes], np.ones(modes), extra=2), pack_basis(basis[modes:], np.ones(modes))
     return AnimatorRopes(
@@ -108,7 +108,7 @@ def learned_model(reach: float = 9.0, clearance: float = 0.0) -> AnimatorRopes:
     sizes = ((2 * modes, BODY_INPUT_COUNT + 2 * modes), (2 * modes, 2 * modes), (modes, 2 * modes))
     layers = [(np.zeros(size), np.zeros(size[0])) for size in sizes]
     as_network(np.concatenate(back, axis=1), np.zeros(modes), layers)
-    network = Mlp.as_stored([weights for weights, _ in layers], [biases for _, biases in layers])
+    network = Mlp.from_weights([weights for weights, _ in layers], [biases for _, biases in layers])
     far = np.full(BODY_INPUT_COUNT + 2 * modes, 9.0, np.float32)
     far[:BODY_INPUT_COUNT] = reach
     return replace(model, learned=LearnedBones(basis, network, -far, far, 1 / 30, clearance))

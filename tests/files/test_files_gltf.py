@@ -100,7 +100,7 @@ def test_nodes_are_placed_by_their_parents(tmp_path):
     ]
     read = read_nodes(written(tmp_path, [], [], b"", nodes=nodes))
     assert read.names == ("tip", "node 1", "node 2") and read.parents == (1, 2, -1) and read.order == (2, 1, 0)
-    assert np.allclose(read.placed(read.locals)[0, :3, 3], [3, 0, 7])
+    assert np.allclose(read.to_world(read.locals)[0, :3, 3], [3, 0, 7])
 
 
 @pytest.mark.parametrize(

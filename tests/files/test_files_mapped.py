@@ -45,9 +45,9 @@ FILLED = """
 import sys
 import numpy as np
 from hemline.errors import BadOutput
-from hemline.files import mapped_array
+from hemline.files import create_mapped_array
 try:
-    mapped_array(sys.argv[1], np.float32, (1000, 1000))[:] = 1
+    create_mapped_array(sys.argv[1], np.float32, (1000, 1000))[:] = 1
 except BadOutput as error:
     print(error)
 """

@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 from tests.learning.test_learning_trainer import Line, SCHEDULE
 from hemline.cli.main import BAD_INPUT
-from hemline.learning.group import joined
-from hemline.learning.trainer import Checkpoint, Trainer
+from hemline.learning.fit.group import join_group
+from hemline.learning.fit.trainer import Checkpoint, Trainer
 
 folder, stop = Path(sys.argv[1]), int(sys.argv[2])
 
@@ -29,7 +29,7 @@ def progress(done, total):
     if done == stop:
         os._exit(9)
 
-with joined() as group:
+with join_group() as group:
     line = Line()
     Trainer(line, SCHEDULE).run(checkpoint=Checkpoint(folder / "line.safetensors", "mark", 1), progress=progress)
     if group.first:

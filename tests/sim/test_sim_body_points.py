@@ -153,7 +153,7 @@ def test_no_thickness_no_points(square):
 
 def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatch):
     # a wide distance, so that a shirt of coarse triangles is held by points all over
-    monkeypatch.setattr(body_points, "SHARE", 0.6)
+    monkeypatch.setattr(body_points, "DISTANCE_RATIO", 0.6)
     shaped = bodies.load("anny24").shaped()
     settings = SimSettings(self_contact=False)
     rest = settle(make_shirt(shaped), shaped, settings=settings)

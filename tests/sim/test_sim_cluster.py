@@ -30,7 +30,8 @@ def busy(address):
     from distributed import Client
     with Client(address, set_as_default=False) as client:
         pids = client.run(os.getpid)
-        return [pids[worker] for worker, keys in client.processing().items() if any("_simulated" in k for k in keys)]
+        calls = client.processing().items()
+        return [pids[worker] for worker, keys in calls if any("_simulate_part" in k for k in keys)]
 
 def report(name, done, total):
     heard.append((name, done, total))
@@ -116,7 +117,7 @@ def test_a_scheduler_that_goes_away_is_said_and_what_is_done_is_kept(alone, tmp_
 
 
 def test_no_scheduler(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(cluster, "TIMEOUT", 1.0)
+    monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 1.0)
     words = ["simulate", "cape-light", "-m", "walk", "-o", str(tmp_path / "d"), "--scheduler", "tcp://127.0.0.1:9"]
     assert main(words) == 2
     cure = "start one with 'dask scheduler' and name it as tcp://HOST:8786"

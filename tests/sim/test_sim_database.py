@@ -29,7 +29,7 @@ def shirt():
 def few_shapes():
     """Five shapes instead of seventeen."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(database, "SHAPES", 1)
+        patch.setattr(database, "SHAPE_BETAS", 1)
         yield
 
 

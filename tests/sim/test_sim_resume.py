@@ -148,7 +148,7 @@ def test_what_the_simulator_itself_ends_with_is_gone_on_from(copied):
 
 
 def test_a_garment_that_is_no_longer_near_the_body_ends_the_take(made, monkeypatch):
-    monkeypatch.setattr(simulate, "FARTHEST", 1.5)  # it hangs from the shoulders, half a metre above the pelvis
+    monkeypatch.setattr(simulate, "VERTEX_LIMIT", 1.5)  # it hangs from the shoulders, half a metre above the pelvis
     shaped, clip = bodies.load("anny24").shaped(), motions.load("walk")
     take = sim.simulate(small_garment(), shaped, shaped.placed(clip.resample(30))[:3], SETTINGS)
     assert take.failed is not None and "the garment is not worn any more" in take.failed
@@ -211,7 +211,7 @@ def run_by_hand(job, take) -> list[str]:
     answer = next(job)
     try:
         while True:
-            if answer.work.__name__ == "_placed":
+            if answer.work.__name__ == "_place_motion":
                 answer = job.send(answer.argument[1])
             else:
                 part = answer.argument[1]

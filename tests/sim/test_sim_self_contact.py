@@ -335,8 +335,8 @@ def test_edges_hold_edges_off():
 
 THREADS = """
 import hashlib, sys
-from tests.sim.test_sim_self_contact import dropped
-print(hashlib.sha256(dropped(self_contact=True)[1].tobytes()).hexdigest())
+from tests.sim.test_sim_self_contact import drop_strip
+print(hashlib.sha256(drop_strip(self_contact=True)[1].tobytes()).hexdigest())
 """
 
 

@@ -1,8 +1,8 @@
-"""The number of the simulator: whoever changes what decides the bits of a take is asked whether it must be raised.
+"""The number of the simulator: a change of the source that decides the bits of a take asks whether to raise it.
 
-Bits themselves are no guard: another processor rounds otherwise, so that no machine could check those of another. A
-scene within a tolerance is none either, since a change in the last place is what makes takes differ, too. So the source
-is looked at, without what says nothing to the machine: comments, docstrings, blanks.
+Bits themselves cannot be checked: another processor rounds differently. A scene within a tolerance does not help
+either, since a change in the last place makes takes differ, too. So the test compares the source, without comments,
+docstrings and blanks.
 """
 
 import ast
@@ -35,15 +35,15 @@ DECIDES = (
     "garments/pins.py",
     "motions/quaternions.py",
 )
-"""Files and rooms of which each line may decide a bit. How a clip is placed and untangled decides, too, but it shows in
-the hash of the motion, which is among the inputs of a take."""
+"""Files and folders of which each line may decide a bit. The placement and untangling of a clip do, too, but they show
+in the hash of the motion, which is an input of a take."""
 
-RECORDED = (1, "b780037d0a6342c5")
+RECORDED = (1, "b705f5acfd2b4651")
 """The number, and the hash of the source that it stands for."""
 
 
 def source_tokens(text: str) -> str:
-    """A source without comments, docstrings and blanks; the same on each version of Python."""
+    """Returns a source without comments, docstrings and blanks; the same on each version of Python."""
     lines = text.splitlines(keepends=True)
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type == tokenize.COMMENT:
@@ -59,7 +59,7 @@ def source_tokens(text: str) -> str:
 
 
 def source_hash() -> str:
-    """Of all that decides."""
+    """Returns the hash of all source that decides bits."""
     digest = hashlib.sha256()
     for name in DECIDES:
         place = PACKAGE / name

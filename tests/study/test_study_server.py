@@ -191,7 +191,7 @@ def test_requests_that_do_not_end_hold_few_threads_and_keep_nobody_out(study):
 
 
 def test_a_request_that_trickles_in_is_given_up(study, monkeypatch):
-    monkeypatch.setattr(server, "HEARD_WITHIN", 0.5)
+    monkeypatch.setattr(server, "REQUEST_TIMEOUT", 0.5)
     with serving(study) as viewer, half_open(viewer) as connection:
         connection.settimeout(0.05)
         began = time.monotonic()

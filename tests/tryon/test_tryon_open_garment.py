@@ -8,7 +8,7 @@ import pytest
 from hemline import garments
 from hemline.cli import main
 from hemline.datasets import open_dataset
-from hemline.errors import BadDataset, BadGarment, BadOutput, OffBody
+from hemline.errors import BadDataset, BadGarment, BadInput, BadOutput, OffBody
 from hemline.tryon import open_garment, try_on
 from hemline.tryon.open_garment import sits_on_body
 
@@ -91,6 +91,8 @@ def test_as_it_is_a_mesh_is_read_or_refused(shaped, stranger, worn, as_obj):
         open_garment(stranger, shaped, material="sulk")
     with pytest.raises(BadGarment, match="unknown garment; got 'cap'; did you mean 'cape'"):
         open_garment("cap", shaped)
+    with pytest.raises(BadInput, match="fit must be one of auto, as-is, try-on; got 'loose'"):
+        open_garment("cape-light", shaped, fit="loose")
 
 
 def test_cloth_that_a_bone_goes_through_does_not_sit(shaped, worn):

@@ -12,6 +12,7 @@ import numpy as np
 from hemline import animators, bodies, garments, motions
 from hemline.animators.agentdress.binding import Binding
 from hemline.animators.agentdress.model import AnimatorAgentDress
+from hemline.animators.agentdress.shape_samples import ShapeSamples
 from hemline.animators.agentdress.tables import Tables
 from hemline.bodies import ShapedBody
 from hemline.garments import Garment
@@ -35,7 +36,7 @@ def bench_tshirt() -> dict[str, Any]:
 
 def bench_tshirt_paper_size() -> dict[str, Any]:
     """Frame time and size of the shipped T-shirt interpolated to the paper's size (12,414 vertices, 150 anchors)."""
-    return _one_agent(_reinterpolate(_load("tshirt-light"), garments.load("tshirt"), PAPER_ANCHORS))
+    return _one_agent(_refine(_load("tshirt-light"), garments.load("tshirt"), PAPER_ANCHORS))
 
 
 def bench_crowd_tshirt() -> dict[str, Any]:
@@ -128,7 +129,7 @@ def _shapes(count: int) -> list[np.ndarray]:
     return list(np.random.default_rng(0).uniform(-2, 2, size=(count, 4)).astype(np.float32))
 
 
-def _reinterpolate(model: AnimatorAgentDress, garment: Garment, anchors: int) -> AnimatorAgentDress:
+def _refine(model: AnimatorAgentDress, garment: Garment, anchors: int) -> AnimatorAgentDress:
     """Interpolates the tables of a model to a finer mesh, and repeats its anchors in nearby poses."""
     tables, random, body = model.tables, np.random.default_rng(0), bodies.load(model.body_name).shaped()
     closest = ClosestTree(model.garment.vertices.astype(np.float64), model.garment.faces).closest(garment.vertices)
@@ -154,7 +155,15 @@ def _reinterpolate(model: AnimatorAgentDress, garment: Garment, anchors: int) ->
         offset=interpolate(tables.offset),
         basis=PackedBasis(digits.reshape(-1, basis.digits.shape[1]), basis.scales, basis.modes),
         pose_weights=np.concatenate([0.0 * tables.pose_weights[:, sources], tables.pose_weights], axis=1),
-        shapes=tables.shapes.repeated(sources),
+        shapes=_repeat(tables.shapes, sources),
         clearances=interpolate(tables.clearances),
     )
     return replace(model, garment=garment, tables=refined)
+
+
+def _repeat(samples: ShapeSamples, poses: np.ndarray) -> ShapeSamples:
+    """Repeats the samples of some poses, in the order and as often as the poses are listed."""
+    rows = [np.flatnonzero(samples.poses == pose) for pose in poses]
+    numbers = np.repeat(np.arange(len(poses), dtype=np.int32), [len(row) for row in rows])
+    order = np.concatenate(rows)
+    return replace(samples, poses=numbers, betas=samples.betas[order], weights=samples.weights[:, order])

@@ -15,25 +15,25 @@ EVENNESS = 1e-4
 
 
 @functools.lru_cache(maxsize=32)
-def coarser_body(shaped: ShapedBody, share: float) -> ShapedBody:
+def coarser_body(shaped: ShapedBody, fraction: float) -> ShapedBody:
     """Reduces a body to some of its vertices, each moved outward until the skin around it is enclosed.
 
     It moves as the full body does: joints, weights and pose-dependent offsets of the kept vertices are the same.
 
     Args:
         shaped: The full body.
-        share: Fraction of its vertices to keep, above 0 and at most 1. 1 returns the body itself.
+        fraction: Fraction of its vertices to keep, above 0 and at most 1. 1 returns the body itself.
 
     Raises:
-        BadInput: `share` is out of range.
+        BadInput: `fraction` is out of range.
         BadMesh: Too few vertices would be kept.
     """
-    if not 0 < share <= 1:
-        raise BadInput("a share of vertices is above 0 and at most 1", share, "use 1 for all, 0.25 for a quarter")
-    if share == 1:
+    if not 0 < fraction <= 1:
+        raise BadInput("a share of vertices is above 0 and at most 1", fraction, "use 1 for all, 0.25 for a quarter")
+    if fraction == 1:
         return shaped
     body = shaped.body
-    mesh = _mesh(body, round(share * len(body.template)))
+    mesh = _mesh(body, round(fraction * len(body.template)))
     vertices = _enclose(shaped.vertices[mesh.kept], mesh.faces, shaped.vertices)
     coarse = replace(
         body,

@@ -62,20 +62,20 @@ def skin_dual(transforms, duals, weight_indices, weights, points, points_out):
         fw, fx, fy, fz = duals[first, 0], duals[first, 1], duals[first, 2], duals[first, 3]
         w = x = y = z = dw = dx = dy = dz = np.float32(0)
         for i in range(weights.shape[1]):
-            share = weights[v, i]
-            if share == 0:
+            weight = weights[v, i]
+            if weight == 0:
                 break
             j = np.uintp(weight_indices[v, i])
             if fw * duals[j, 0] + fx * duals[j, 1] + fy * duals[j, 2] + fz * duals[j, 3] < 0:
-                share = -share
-            w += share * duals[j, 0]
-            x += share * duals[j, 1]
-            y += share * duals[j, 2]
-            z += share * duals[j, 3]
-            dw += share * duals[j, 4]
-            dx += share * duals[j, 5]
-            dy += share * duals[j, 6]
-            dz += share * duals[j, 7]
+                weight = -weight
+            w += weight * duals[j, 0]
+            x += weight * duals[j, 1]
+            y += weight * duals[j, 2]
+            z += weight * duals[j, 3]
+            dw += weight * duals[j, 4]
+            dx += weight * duals[j, 5]
+            dy += weight * duals[j, 6]
+            dz += weight * duals[j, 7]
         scale = np.float32(1) / np.sqrt(w * w + x * x + y * y + z * z)
         w, x, y, z = w * scale, x * scale, y * scale, z * scale
         dw, dx, dy, dz = dw * scale, dx * scale, dy * scale, dz * scale

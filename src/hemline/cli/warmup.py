@@ -8,7 +8,7 @@ from .progress import note
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hemline.sim.takes.jobs import Job
+    from hemline.sim.takes.jobs import Job, Progress
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def _warm_up(stage: str) -> "Job[None]":
     note(f"{stage:<24}{seconds:6.1f} s")
 
 
-def _run(run_stage: "Callable[[str], float]", stage: str, tell: "Tell") -> float:
+def _run(run_stage: "Callable[[str], float]", stage: str, progress: "Progress") -> float:
     from hemline.compiled import use_threads
 
     use_threads(None)  # parallel loops are compiled too

@@ -133,7 +133,7 @@ def _bind_pins(garment: Garment, body: ShapedBody, collider: ShapedBody) -> Garm
         return garment
     places = pins.positions(body.vertices, body.normals, body.body.faces, body.joints)
     tree = ClosestTree(collider.vertices.astype(np.float64), collider.body.faces)
-    bound = Pins.bound(pins.vertices[skin], places[skin], tree, collider.normals)
+    bound = Pins.bind(pins.vertices[skin], places[skin], tree, collider.normals)
     faces, weights, heights = pins.body_faces.copy(), pins.barycentric.copy(), pins.heights.copy()
     faces[skin], weights[skin], heights[skin] = bound.body_faces, bound.barycentric, bound.heights
     faces[~skin] = 0

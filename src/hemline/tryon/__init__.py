@@ -1,4 +1,4 @@
-"""Garments made on unknown bodies, tried on ours."""
+"""Opens garments on a body, and tries on those that were made on unknown bodies."""
 
 from .fitness import Fitness as Fitness
 from .fitness import fitness as fitness

@@ -1,4 +1,4 @@
-"""Aligns a garment that was made on an unknown body with ours: its place, its scale and the pose it was made for."""
+"""Aligns a garment that was made on an unknown body with this one: its place, its scale, and the pose of the body."""
 
 from dataclasses import dataclass
 from functools import lru_cache

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
-from hemline.errors import BadDataset, BadGarment, OffBody
+from hemline.errors import BadDataset, BadGarment, BadInput, OffBody
 from hemline.files import check_folder, content_hash
 from hemline.garments.garment import Garment
 from hemline.garments.material import Material
@@ -57,6 +57,7 @@ def open_garment(
         The garment on `body`, or on another shape of that body.
 
     Raises:
+        BadInput: `fit` is none of the three.
         BadGarment: Unknown name or material, a file that contradicts itself, or a garment that cannot be worn.
         OffBody: With `as-is`: the garment does not sit on the body (a BadGarment as well).
         BadMesh: The mesh cannot be read, or no cloth can be made of it.
@@ -66,6 +67,8 @@ def open_garment(
     Example:
         >>> skirt = hemline.open_garment("skirt.obj", hemline.bodies.load("anny24").shaped())
     """
+    if fit not in get_args(Fit):
+        raise BadInput(f"fit must be one of {', '.join(get_args(Fit))}", repr(fit), "leave it out to try on if needed")
     fabric = None if material is None else Material.of(material)  # an unknown one is refused before a mesh is tried on
     tell = say or (lambda line: None)
     if is_name(name_or_path):
@@ -77,11 +80,11 @@ def open_garment(
         if fit == "as-is" or (fit == "auto" and source.kind != "mesh"):
             garment = read_source(source, body, dressed=dressed)
         else:
-            garment = _fitted(source, body, fit, dressed, dataset, tell, progress)
+            garment = _fit_source(source, body, fit, dressed, dataset, tell, progress)
     return garment if fabric is None else garment.in_material(fabric)
 
 
-def _fitted(
+def _fit_source(
     source: GarmentSource,
     body: "ShapedBody",
     fit: Fit,

@@ -1,4 +1,4 @@
-"""AgentDress on what it is not made for: it says so in a line, goes on where it can, and refuses where it cannot."""
+"""Unsuitable input for AgentDress: one line warns or refuses, and a refused command writes nothing."""
 
 import warnings
 from dataclasses import replace
@@ -32,7 +32,7 @@ def model(tmp_path_factory):
 
 @pytest.fixture
 def saved(model, tmp_path, monkeypatch):
-    """The model in a file, and a clip of nine frames, in the folder where commands run."""
+    """Saves the model and a clip of nine frames in the folder where commands run."""
     monkeypatch.chdir(tmp_path)
     model.save("shirt.safetensors")
     motions.write("short.safetensors", motions.load("walk")[:9])
@@ -41,7 +41,7 @@ def saved(model, tmp_path, monkeypatch):
 
 @cache
 def stranger():
-    """A body of the same topology."""
+    """Returns another body of the same topology."""
     own = bodies.load("anny24")
     return replace(own, name="stranger", template=np.float32(1.01) * own.template)
 
@@ -159,7 +159,7 @@ def test_a_loose_garment_causes_a_warning_with_the_error_to_expect(tmp_path, mon
     ],
 )
 def test_a_tight_garment_causes_a_warning(tmp_path, monkeypatch, figures, complaint):
-    """What the simulation wrote beside its settled garments; on the largest body it is worst."""
+    """Figures of the simulation decide, those of the largest body first."""
     plain = made.anchor
 
     def settled(pose, betas=(), derivatives=None):
@@ -173,10 +173,10 @@ def test_a_tight_garment_causes_a_warning(tmp_path, monkeypatch, figures, compla
 
 
 def test_few_anchors_cause_a_warning_and_play(tmp_path):
-    """Two anchors: fewer than the five that a fit asks for, and than there are regions."""
+    """Two anchors are fewer than the five that a fit needs, and fewer than the regions."""
     data = made.make_dataset(tmp_path / "two", 2)
     with pytest.warns(
-        HemlineWarning, match="needs 5 anchors and more to tell what shapes do in other poses; got 2; expect"
+        HemlineWarning, match="needs at least 5 anchors to predict the effect of shapes in other poses; got 2; expect"
     ):
         found = fit(data, STILL)
     assert found.tables.regions.shape[1] > 2
@@ -189,7 +189,7 @@ def test_few_anchors_cause_a_warning_and_play(tmp_path):
 
 
 def test_regions_without_differences_between_anchors_are_finite():
-    """Poses that differ in a shoulder: in all, in two of five, and in none, as three regions see them."""
+    """One shoulder differs in all poses, in two of five, or in none, as seen by three regions."""
     regions, sensitivity = np.eye(3), np.zeros((3, 24, 3))
     sensitivity[0, made.SHOULDER], sensitivity[1, made.ELBOW], sensitivity[2, made.SPINE] = 0.2, 0.3, 0.4
     rotations = np.repeat(made.t_pose().rotations[None].astype(np.float64), 5, axis=0)
@@ -257,7 +257,7 @@ def test_a_folder_of_another_garment_is_left_as_it_is(tmp_path, monkeypatch, cap
 
 
 def test_novelty_is_the_distance_to_the_nearest_pose_of_the_fit(model):
-    """By another route: distances of the fit, over regions; nothing at a pose that was settled."""
+    """Distances of the fit over regions give the same novelty, which is 0 at a pose of the fit."""
     tables = model.tables
     for number in (3, 70):
         pose = made.random_pose(number)
@@ -282,7 +282,7 @@ def test_novelty_does_not_depend_on_heading_and_place(model):
 
 
 def test_errors_grow_with_novelty(model):
-    """Arm and spine turned farther and farther: beyond the limit errors are more than twice those within."""
+    """With growing rotations of arm and spine, errors beyond the limit are more than twice those within."""
     novelties, errors = [], []
     for number in range(100, 140):
         random, reach = np.random.default_rng(number), 0.3 + 0.04 * (number - 100)
@@ -307,7 +307,7 @@ def test_frames_hold_the_novelty_of_animators_that_have_one(model):
 
 
 def test_commands_report_frames_in_new_poses(saved, capsys):
-    """The model knows an arm and a spine that turn a little: a kick is far from all of that, its rest pose is not."""
+    """The fit contains small rotations of an arm and the spine. A kick is far from them, its rest pose is not."""
     rest = made.body().rest_pose
     still = replace(
         motions.load("walk")[:3],

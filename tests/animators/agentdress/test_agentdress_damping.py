@@ -9,7 +9,7 @@ FPS = 30.0
 
 
 def sequence(seconds: float) -> np.ndarray:
-    """Two vertices that swing with a delay [s]."""
+    """Returns two vertices that swing with a delay [s]."""
     times = np.arange(90) / FPS - seconds
     swing = np.stack([np.sin(4 * times), 0.3 * np.cos(7 * times), 0 * times], axis=1)
     return np.stack([swing, -0.5 * swing], axis=1)

@@ -11,7 +11,7 @@ TURN, SHIFT = Rotation.from_rotvec([0.4, -1.1, 0.3]).as_matrix(), np.array([0.3,
 
 
 def sheet() -> tuple[np.ndarray, np.ndarray]:
-    """A curved sheet of 9 by 7 vertices."""
+    """Returns a curved sheet of 9 by 7 vertices."""
     u, v = (each.ravel() for each in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 7), indexing="ij"))
     first = (7 * np.arange(8)[:, None] + np.arange(6)).ravel()
     faces = np.concatenate([np.stack([first, first + 7, first + 1], 1), np.stack([first + 7, first + 8, first + 1], 1)])
@@ -43,7 +43,7 @@ def test_gradients_of_a_garment_lead_back_to_it():
 
 @pytest.mark.parametrize("by_area", [True, False])
 def test_with_all_components_and_free_weights_fitted_garments_come_back(by_area):
-    """As many features as garments less one: the regression goes through all of them."""
+    """With one feature less than garments, the regression interpolates all garments."""
     garments, faces, betas = make_garments()
     garments, betas = garments[:5], betas[:5]
     poisson = Poisson.of(garments[0], faces)
@@ -74,7 +74,7 @@ def test_rigidly_moved_garments_are_predicted_with_the_same_motion():
 
 
 def test_no_other_vertices_fit_gradients_of_no_garment_better():
-    """The minimum of the sum of squares, by trying its neighbours."""
+    """Neighbours of the minimum have larger sums of squares."""
     mean, faces = sheet()
     poisson, random = Poisson.of(mean, faces), np.random.default_rng(5)
     wanted_gradients = np.eye(3) + 0.3 * random.normal(size=(1, len(faces), 3, 3))

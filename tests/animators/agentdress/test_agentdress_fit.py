@@ -1,4 +1,4 @@
-"""AgentDress on a shirt that follows a formula: what a fit finds, and what plays."""
+"""Fit and playback of AgentDress, on a shirt that follows a formula."""
 
 from dataclasses import replace
 
@@ -75,7 +75,7 @@ def test_more_anchors_and_single_poses_reduce_the_error(model, tmp_path):
 
 @pytest.mark.parametrize("betas", [(1.5,), (-0.7, 1.2), (0.0, -2.0)])
 def test_shapes_are_predicted_in_every_pose(model, betas):
-    """Linear and square effects of the shape, in poses and on shapes that nobody settled; skinning alone beside it."""
+    """Linear and square effects of the shape are predicted in new poses and on new shapes, better than by skinning."""
     for number in (3, 104):
         pose = made.random_pose(number)
         truth = made.lifted_garment(pose, betas)
@@ -85,7 +85,7 @@ def test_shapes_are_predicted_in_every_pose(model, betas):
 
 
 def test_at_an_anchor_its_shape_model_applies(dataset):
-    """Blended, with one neighbour, what the shape adds is `ShapeModel` of the anchor's garments, skinned (Eq. 3)."""
+    """Blended with one neighbour, the effect of the shape is the `ShapeModel` of the anchor, skinned (Eq. 3)."""
     model = fit(dataset, replace(STILL, shape_model="blended", neighbours=1, floor=1e-9, shape_modes=200))
     anchors = AnchorSet.of(dataset)
     betas = np.array([[0.6, -1.3]])
@@ -140,7 +140,7 @@ def test_decay_does_not_depend_on_the_frame_rate(dataset):
 
 
 def test_decay_leads_between_the_poses(dataset):
-    """Apollonius: a point between two is nearer to others than the mean of what the two are, by a quarter of theirs."""
+    """A midpoint has the mean squared distance of both poses, less a quarter of that between them (Apollonius)."""
     model = fit(dataset, replace(STILL, decay_seconds=0.1))
     ends = [made.body().posed(made.random_pose(number)) for number in (100, 101)]
     begun, _ = model.step(model.start(ends[0]), ends[0], 1 / 30)
@@ -153,12 +153,12 @@ def test_decay_leads_between_the_poses(dataset):
 
 
 def test_drape_is_a_step_without_history(model):
-    """In a pose whose arms are lifted already: the garment of the anchors' protocol."""
+    """In a pose with lifted arms, it is the garment that anchors have."""
     pose = made.anchor_pose(made.random_pose(102))
     posed = made.body().posed(pose)
     truth = made.garment_in_pose(pose)
     assert mean_mm(model.drape(posed), truth) < 0.6 * mean_mm(skin_rest(pose), truth)
-    # the same as what plays in the pose as it was, but for how far arms are lifted
+    # it equals playback in the original pose, except for the lifted arms
     free = replace(model, tables=replace(model.tables, clearances=model.tables.clearances - 1))
     tables = free.tables
     binding = Binding(tables.indices, tables.weights, tables.nearest)
@@ -169,7 +169,7 @@ def test_drape_is_a_step_without_history(model):
 
 
 def test_joints_that_move_nothing_do_not_count(dataset, model):
-    """A knee against a shoulder: 1e-3; and the sensitivity is what the cloth does beside its skin."""
+    """A knee counts less than a shoulder, as sensitivities are relative to the skin."""
     influence = model.tables.axes.reshape(-1, 24, 3).sum(axis=2)
     knee, shoulder = influence[:, 4].max(), influence[:, made.SHOULDER].max()
     assert knee < 0.03 * shoulder  # Q to the power 3/4
@@ -257,7 +257,7 @@ def test_the_garment_follows_the_skin_for_betas_without_anchors(model):
 
 
 def test_random_bodies_teach_the_effect_of_the_other_betas(tmp_path):
-    """Of bodies that nobody settled on, in poses that nobody settled in: the mean error is halved."""
+    """The mean error on new bodies in new poses is halved."""
     few, more = (
         fit(made.make_dataset(tmp_path / name, 8, random_bodies=count), replace(STILL, mirror=False))
         for name, count in (("few", 0), ("more", 40))
@@ -303,7 +303,7 @@ def test_a_subset_keeps_the_bodies_in_its_poses(tmp_path):
 
 
 def test_repeated_random_bodies_are_not_shapes_of_anchors(tmp_path):
-    """A folder that was draped into twice has the same random bodies in two poses each."""
+    """After two runs of `hemline drape`, a folder has each random body in two poses."""
     data = made.make_dataset(tmp_path / "again", 5, random_bodies=4)
     for number in range(4):
         data.add(made.anchor(made.anchor_pose(made.random_pose((number + 1) % 5)), made.random_body(number)))
@@ -319,7 +319,7 @@ def test_a_model_file_changes_no_bit_of_playback(model, tmp_path):
     pose = made.random_pose(100)
     np.testing.assert_allclose(
         play_pose(once, pose), play_pose(model, pose), atol=1e-5
-    )  # effects at rest are kept in half precision
+    )  # effects at rest are stored in half precision
     assert once.figures == model.figures
 
 

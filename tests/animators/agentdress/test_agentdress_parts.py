@@ -1,4 +1,4 @@
-"""Laws of the parts of AgentDress, each without a fit: regions, binding, distances, weights, regressions."""
+"""Laws of regions, binding, distances, weights and regressions of AgentDress, without a fit."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def test_offsets_invert_skinning():
 
 
 def test_fit_rest_is_the_least_squares_solution():
-    """Skinned garments are found again; and with something added, no other garment is nearer."""
+    """Skinned garments are recovered; with offsets added, no other garment is closer."""
     poses = [made.random_pose(number) for number in range(5)]
     transforms = np.array([made.body().posed(pose).transforms for pose in poses], np.float64)
     binding, random = made.binding(), np.random.default_rng(0)
@@ -47,7 +47,7 @@ def test_fit_rest_is_the_least_squares_solution():
 
 
 def test_vertex_frames_rotate_with_their_bones():
-    """Arm turned by 150 degrees: the blended transform shrinks, the frame of a vertex stays a rotation."""
+    """With an arm rotated by 150 degrees, the blended transform shrinks, but vertex frames stay rotations."""
     pose = made.turn_joints((made.SHOULDER, (0.0, 0.0, -2.6)))
     transforms, binding = made.body().posed(pose).transforms, made.binding()
     found = binding.rotations(transforms)
@@ -68,7 +68,7 @@ def test_vertex_frames_rotate_with_their_bones():
 
 
 def test_the_shape_model_is_a_ridge_regression_with_a_free_constant():
-    """By another route: least squares with rows for the ridge."""
+    """Least squares with rows for the ridge give the same model."""
     random = np.random.default_rng(0)
     betas, garments = random.normal(size=(17, 4)), random.normal(size=(17, 60))
     model = ShapeModel.fit(garments, betas, components=5, ridge=0.2)
@@ -121,7 +121,7 @@ def test_distances_are_sums_over_the_axes_of_the_joints():
 
 
 def test_a_small_rotation_counts_as_much_as_it_moves_the_cloth():
-    """About one axis, in any pose: its influence times the angle squared; and a whole turn more changes nothing."""
+    """A rotation about one axis counts its influence times the squared angle, in any pose and modulo full turns."""
     random = np.random.default_rng(4)
     influence = random.uniform(0.5, 1.0, size=(2, 24, 3))
     pose = from_axis_angle(random.normal(size=(24, 3)))
@@ -142,7 +142,7 @@ def test_axis_weights_are_not_negative():
 
 
 def test_every_kernel_of_the_distances_can_be_inverted():
-    """Of any poses, far turned or not: no negative eigenvalue."""
+    """Kernel matrices of any poses have no negative eigenvalue."""
     random = np.random.default_rng(5)
     rotations = from_axis_angle(random.normal(size=(40, 24, 3)) * 1.5)
     distances = region_distances(axes_between(rotations, rotations), axis_weights(random.uniform(size=(2, 24, 3))))
@@ -153,7 +153,7 @@ def test_every_kernel_of_the_distances_can_be_inverted():
 
 @pytest.mark.parametrize("poses, anchors", [(0, 3), (1, 8), (11, 6), (16, 1)])
 def test_mix_equals_plain_numpy(poses, anchors):
-    """However many rows there are; shares of 0 in some of them, weights large and of both signs."""
+    """It holds for any number of rows, with kernel values of 0 and large weights of both signs."""
     random = np.random.default_rng(5)
     shares, others = random.normal(size=(2, poses)), random.normal(size=(2, anchors))
     others[:, 1:5] = 0

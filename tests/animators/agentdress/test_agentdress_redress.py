@@ -1,4 +1,4 @@
-"""A garment that something else moved on the body of the fit, put on bodies of other shapes (Eq. 4)."""
+"""Garments on the body of the fit, put on bodies of other shapes (Eq. 4)."""
 
 import numpy as np
 import pytest
@@ -78,7 +78,7 @@ def test_bad_input(model):
 
 @pytest.fixture
 def taken(tmp_path):
-    """A dataset with one clip that follows the formula on the mean body, and its take."""
+    """Makes a dataset with one clip that follows the formula on the mean body; returns it with its take."""
     poses = [made.anchor_pose(made.random_pose(number)) for number in (60, 61, 61, 60)]
     motion = Motion(
         np.stack([pose.rotations for pose in poses]),

@@ -1,4 +1,4 @@
-"""Sensitivity-optimised rigging: weights that answer to joints as the simulation does."""
+"""Sensitivity-optimised rigging: skin weights that reproduce given derivatives."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def random_weights(count: int, bones: int, seed: int = 0) -> np.ndarray:
 
 
 def test_rigid_derivatives_equal_skinning_by_one_joint():
-    """By another route: the joint turned by a little, its bones' transforms taken before and after."""
+    """Finite differences of the bone transforms give the same derivatives."""
     before, points = posed(3), made.lifted_garment(made.random_pose(3)).astype(np.float64)
     found = rigid_derivatives(before, points)
     for joint in (0, made.SPINE, made.SHOULDER, made.ELBOW):
@@ -96,7 +96,7 @@ def test_minimum_on_the_simplex_equals_scipy():
 
 
 def test_no_bone_lowers_the_cost_at_the_minimum():
-    """The slopes of all bones that have weight are alike, and those of the others no less (Karush, Kuhn, Tucker)."""
+    """The slopes of all weighted bones are equal, and those of the others not less (Karush, Kuhn, Tucker)."""
     random, parents, (tree, common) = np.random.default_rng(2), _descendants(), _tree()
     squares, linear = random.uniform(0, 1, (200, JOINT_COUNT)), random.normal(size=(200, JOINT_COUNT))
     stiffness, allowed = np.full(200, 1e-3), random.uniform(size=(200, JOINT_COUNT)) < 0.6

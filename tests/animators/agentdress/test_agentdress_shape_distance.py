@@ -1,4 +1,4 @@
-"""How far apart bodies are under a garment: against a matrix power of its own, and what it must not depend on."""
+"""The distance between bodies under a garment, compared with an independent matrix power, and its invariances."""
 
 from dataclasses import replace
 
@@ -22,13 +22,13 @@ def body():
 
 @pytest.fixture(scope="module")
 def nearest(body):
-    """Under the T-shirt of 3,150 vertices."""
+    """Returns the closest body vertices of the T-shirt of 3,150 vertices."""
     garment, shaped = garments.load("tshirt-light"), body.shaped()
     return Binding.of(garment.vertices, garment.faces, shaped.posed(shaped.rest_pose)).nearest
 
 
 def scale_of(body, nearest, shapedirs):
-    """Of a body whose betas move it otherwise."""
+    """Returns the scale of a body with other effects of betas."""
     return shape_scale(replace(body, shapedirs=shapedirs.astype(np.float32)).shaped(), nearest)
 
 
@@ -43,7 +43,7 @@ def test_scale_is_a_power_of_the_skin_motion_by_betas(body, nearest):
 
 
 def test_bodies_that_differ_elsewhere_have_distance_zero(body, nearest):
-    """A beta that moves the skin elsewhere; and two that undo each other."""
+    """One beta moves the skin elsewhere, and two betas cancel."""
     shapedirs = body.shapedirs.copy()
     shapedirs[3, nearest] = 0
     shapedirs[6] = -shapedirs[5]

@@ -1,4 +1,4 @@
-"""Sensitivity-optimised rigging as pose model, on a shirt that follows a formula: fitted, packed, played, saved."""
+"""Sensitivity-optimised rigging as pose model: fit, quantization, playback and files, on a shirt with a formula."""
 
 from dataclasses import replace
 
@@ -72,7 +72,7 @@ def test_in_the_pose_of_an_anchor_the_garment_is_that_of_the_anchor(dataset):
 
 
 def test_playback_equals_plain_numpy(model):
-    """The garment of `Rigging.at`, less what skinning makes, in the turned frames."""
+    """The offsets are those of `Rigging.at` from the skinned garment, in rotated vertex frames."""
     for number in (1, 100, 101):
         pose = made.random_pose(number)
         transforms, shares = posed(pose).transforms, blend(model, pose)
@@ -85,14 +85,14 @@ def test_playback_equals_plain_numpy(model):
 
 
 def test_packing_keeps_the_rigging(dataset, model):
-    """Coordinates to a hundredth of a millimetre, weights to a part of 255; few bytes."""
+    """Coordinates are exact to 0.01 mm, weights to 1/255, with few bytes."""
     anchors = AnchorSet.of(dataset)
     fitted = RiggedAnchors.rig(
         dataset, rows_with_derivatives(dataset), model, anchors, model.figures["rigging_stiffness"]
     )
     held, found = rigged(with_rigging(fitted)), unpack(with_rigging(fitted))
     moved = found.transforms[:, 0, :, 3] - fitted.rigging.transforms[:, 0, :, 3]
-    np.testing.assert_allclose(found.worn - moved[:, None], fitted.rigging.vertices, atol=1e-5)
+    np.testing.assert_allclose(found.vertices - moved[:, None], fitted.rigging.vertices, atol=1e-5)
     np.testing.assert_allclose(found.weights, fitted.rigging.weights, atol=1 / WEIGHT_SUM)
     assert sum(array.nbytes for array in held.arrays().values()) < ANCHORS * (22 * held.worn.shape[1] + 1200) + 100
 
@@ -217,7 +217,7 @@ def test_command_line_fits_and_plays(dataset, tmp_path):
 
 
 def test_bodies_in_single_poses_count(tmp_path):
-    """What a shape adds is the same whichever pose model plays, though rigging plays no other poses; without images."""
+    """Without mirror images, the effect of the shape does not depend on the pose model."""
     data = made.make_dataset(tmp_path / "beside", ANCHORS, singles=6, rigged=ANCHORS)
     for number in range(12):
         data.add(made.anchor(made.anchor_pose(made.random_pose(ANCHORS + number % 6)), made.random_body(number)))

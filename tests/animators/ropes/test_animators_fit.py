@@ -64,7 +64,7 @@ def swinging(shaped, clip: int, frames: int = 40) -> Motion:
 
 
 def trailing(garment, shaped, motion: Motion) -> np.ndarray:
-    """Vertices (frames, verts, 3): each trails behind the key joint, the more the further down it is [m]."""
+    """Returns vertices (frames, verts, 3) that trail behind the key joint, more with the distance from it [m]."""
     neck = 12
     transforms = shaped.transforms_of(motion.rotations, motion.translations)[0][:, neck]
     depth = np.clip(garment.vertices[:, 1].max() - garment.vertices[:, 1], 0, None)
@@ -122,7 +122,7 @@ def fitted(dataset) -> AnimatorRopes:
 
 @pytest.fixture(scope="module")
 def brief(dataset) -> AnimatorRopes:
-    """A fit that is not long enough to be good."""
+    """A short fit, which is not accurate."""
     return fit(dataset, BRIEF, seed=0)
 
 
@@ -257,7 +257,7 @@ def test_a_fitted_model_is_saved_with_what_it_needs(fitted, tmp_path):
 
 
 def test_the_constants_of_the_ropes_come_closer_to_the_truth(garment, shaped, tmp_path):
-    """On clips that are longer than the windows that they are fitted to."""
+    """The clips are longer than the windows of the calibration."""
     long = create(tmp_path / "long", garment)
     rest = shaped.rest_pose
     still = Motion(rest.rotations[None], rest.translation[None], fps=30.0, leg_length=shaped.leg_length, name="rest")
@@ -296,7 +296,7 @@ def test_a_killed_fit_goes_on_and_leaves_no_checkpoints(brief, dataset, tmp_path
 
 
 def stopped_at(stage: str):
-    """What stops a fit as soon as it is told of that stage."""
+    """Returns a progress function that stops a fit at the given stage."""
 
     def stop(told, done, total):
         if told == stage:

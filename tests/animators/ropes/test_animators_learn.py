@@ -1,4 +1,4 @@
-"""Both stages of learning on a cape that sways by a formula."""
+"""Training of both networks and of the bone correction, on a cape that sways by a formula."""
 
 from dataclasses import replace
 
@@ -78,7 +78,7 @@ def test_figures_are_what_they_say(learned, frames):
 
 
 def line(frames, wanted: np.ndarray) -> np.ndarray:
-    """What a ridge regression from the bones says of the training frames."""
+    """Returns the output of a ridge regression from the bones for the training frames."""
     noise = np.where(frames.free > 0, SMALL.bone_noise, SMALLEST_DEVIATION)
     matrix, offset = ridge(frames.bones[frames.train], wanted.astype(np.float64), noise)
     return frames.bones[frames.train] @ matrix.T + offset
@@ -292,13 +292,13 @@ def test_options_that_make_no_sense_are_refused(change, complaint):
 
 
 def constant(network, value: float):
-    """A network that answers the same to everything."""
+    """A network with a constant output."""
     quiet = network.with_zero_output()
     return replace(quiet, biases=(*quiet.biases[:-1], np.full_like(quiet.biases[-1], value)))
 
 
 def test_a_correction_that_is_no_better_on_validation_is_silenced(frames, learned):
-    """Ropes that hang 5 cm off: the network that brings them back is kept, one that takes them farther is not."""
+    """Ropes hang 5 cm off: a network that moves them back is kept, one that moves them farther is disabled."""
     off = replace(frames, rope_bones=frames.bones - np.float32(0.05))
     for value, kept in ((0.05, True), (-0.05, False)):
         given = replace(learned, correction=constant(learned.correction, value))
@@ -306,7 +306,7 @@ def test_a_correction_that_is_no_better_on_validation_is_silenced(frames, learne
         np.testing.assert_allclose(network(off.rope_bones[0]), value if kept else 0.0, atol=1e-6)
         better = figures["val_corrected_error_mm"] < figures["val_uncorrected_error_mm"]
         assert better == kept
-    # nothing to judge it by
+    # without validation data
     blind = replace(off, side=np.zeros_like(off.side))
     network, figures = choose_correction(blind, given)
     assert network is given.correction and not figures

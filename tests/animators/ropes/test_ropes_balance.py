@@ -1,4 +1,4 @@
-"""The settled drape is an equilibrium of the ropes: exactly where nothing moves, and again after a shove."""
+"""The settled drape is an equilibrium of the ropes, exactly at rest and again after a shove."""
 
 import functools
 from dataclasses import replace
@@ -23,7 +23,7 @@ def ropes(name="cape-light"):
 
 
 def stood_mm(each, seconds, shove=0.0, fps=30):
-    """How far the free bones are from the drape after standing still in the rest pose, and how fast they then are."""
+    """Returns distance and speed of the free bones after standing still in the rest pose [mm, mm/s]."""
     posed = shaped().posed(shaped().rest_pose)
     state = each.start(posed)
     began, free = state.positions, each.parents >= 0
@@ -66,9 +66,9 @@ def test_after_a_shove_the_ropes_come_back_to_the_drape_and_to_rest():
     assert away.mean() < 1 and speed < 10
 
 
-@pytest.mark.parametrize("share", [0.2, 2.0])
-def test_the_drape_is_an_equilibrium_on_the_moon_too(share):
-    lighter = ropes().with_constants(RopeConstants(gravity=(0.0, -share * STANDARD_GRAVITY, 0.0)))
+@pytest.mark.parametrize("fraction", [0.2, 2.0])
+def test_the_drape_is_an_equilibrium_on_the_moon_too(fraction):
+    lighter = ropes().with_constants(RopeConstants(gravity=(0.0, -fraction * STANDARD_GRAVITY, 0.0)))
     away, speed = stood_mm(lighter, 5)
     assert away.mean() < 1 and speed < 10
 

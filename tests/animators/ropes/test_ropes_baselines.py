@@ -42,7 +42,7 @@ KEY = np.eye(4)[:3].astype(np.float32)
 
 @pytest.mark.parametrize("blending", ["linear", "dual"])
 def test_bones_that_move_rigidly_carry_the_garment_rigidly(blending):
-    """Whatever the weights; bones without neighbours, which cannot turn, are left out of them."""
+    """This holds for any weights; bones without neighbours, which cannot rotate, have none."""
     rest, bones = at_rest()
     chosen = replace(skin(), blending=blending)
     turn, shift = Rotation.from_rotvec([0.3, -0.8, 0.2]).as_matrix(), np.array([0.4, 0.1, -0.2])

@@ -32,8 +32,8 @@ def clip(name, fps=60):
     return shaped().placed(motions.load(name).resample(fps))
 
 
-def moved(pose, way):
-    return Pose(pose.rotations, pose.translation + np.asarray(way, np.float32))
+def moved(pose, shift):
+    return Pose(pose.rotations, pose.translation + np.asarray(shift, np.float32))
 
 
 def test_carried_bones_are_where_the_embedding_is_at_rest():
@@ -153,7 +153,7 @@ def test_dt_must_be_positive(dt):
 
 @pytest.mark.parametrize("dt", [5e-324, 1e-300, 1e-9, 10.1, 3600.0, 1e300])
 def test_a_step_that_is_too_short_or_too_long_is_refused(dt):
-    """An hour would take minutes that nobody can stop, 1e-300 s was a division by zero; a `Player` takes both."""
+    """An hour would take minutes that cannot be interrupted, 1e-300 s would divide by zero; a `Player` takes both."""
     posed = shaped().posed(clip("run")[0])
     with pytest.raises(BadInput, match=r"a step of ropes takes from 1e-06 to 10 s; got dt = .*with a Player"):
         ropes().step(ropes().start(posed), posed, dt)
@@ -192,16 +192,16 @@ def test_a_hook_that_returns_what_cannot_be_used_is_refused(hook, got):
 
 
 @pytest.mark.parametrize(
-    ("way", "dt"), [([0, 0, 0], 1.0), ([3, 0, 0], 1.0), ([3, 0, 0], 1 / 60), ([0, 3, 0], 0.2), ([0, 0, -3], 1 / 24)]
+    ("shift", "dt"), [([0, 0, 0], 1.0), ([3, 0, 0], 1.0), ([3, 0, 0], 1 / 60), ([0, 3, 0], 0.2), ([0, 0, -3], 1 / 24)]
 )
-def test_ropes_are_whole_again_a_second_after_a_long_step_or_a_jump(way, dt):
+def test_ropes_are_whole_again_a_second_after_a_long_step_or_a_jump(shift, dt):
     motion = clip("walk")
     state = ropes().start(shaped().posed(motion[0]))
     for frame in range(20):
         state = ropes().step(state, shaped().posed(motion[frame]), 1 / 60)
-    state = ropes().step(state, shaped().posed(moved(motion[40], way)), dt)
+    state = ropes().step(state, shaped().posed(moved(motion[40], shift)), dt)
     for frame in range(40, 100):
-        state = ropes().step(state, shaped().posed(moved(motion[frame], way)), 1 / 60)
+        state = ropes().step(state, shaped().posed(moved(motion[frame], shift)), 1 / 60)
     assert np.isfinite(state.positions).all()
     assert ropes().excess(state)[~state.touched].max() <= 1e-5
     assert ropes().excess(state).max() <= 0.2

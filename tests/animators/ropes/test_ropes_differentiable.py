@@ -1,4 +1,4 @@
-"""The twin of the ropes in torch moves as the kernels do, and its gradients are those of central differences."""
+"""The torch reference of the ropes moves like the kernels, and its gradients equal central differences."""
 
 import functools
 from dataclasses import replace
@@ -83,7 +83,7 @@ def driven():
 
 
 @pytest.mark.parametrize("slack", [False, True])
-def test_the_twin_moves_as_the_kernels_do(slack):
+def test_the_torch_reference_moves_as_the_kernels_do(slack):
     chains, begun, thrown = started(slack)
     found = trajectory(chains, driven(), begun, thrown).numpy()
     proxy = BodyProxy.none()
@@ -109,7 +109,7 @@ def behind(choice, radius, pose):
 
 
 @pytest.mark.parametrize("choice", ["gradient", "history"])
-def test_the_twin_touches_as_the_kernels_do(choice):
+def test_the_torch_reference_touches_as_the_kernels_do(choice):
     chains, begun, thrown, colliders = behind(choice, 0.3, pose_at(0))
     found = trajectory(chains, driven(), begun, thrown, colliders=colliders).numpy()
     hits = 0
@@ -126,7 +126,7 @@ def test_the_twin_touches_as_the_kernels_do(choice):
 
 
 def test_on_a_flat_surface_gradients_are_those_of_central_differences():
-    """Nearly: nodes slide along a ball as large as a house, and what slows them there counts as given."""
+    """This holds nearly: nodes slide along a ball as large as a house, and their friction has no gradient."""
     chains, begun, thrown, colliders = behind("gradient", 30.0, np.eye(4)[None, :3])
     weights = torch.as_tensor(np.random.default_rng(3).normal(size=begun.shape))
     still = replace(driven(), bodies=np.broadcast_to(np.eye(4)[:3], driven().bodies.shape))
@@ -173,12 +173,12 @@ def gradients():
 @pytest.mark.parametrize("name", PARAMETERS + CONSTANTS + DAMPING)
 def test_gradients_are_those_of_central_differences(name):
     values, found, error = gradients()
-    way = torch.as_tensor(np.random.default_rng(4).normal(size=values[name].shape))
+    direction = torch.as_tensor(np.random.default_rng(4).normal(size=values[name].shape))
     if name in ("masses", "lengths", "rest_spans"):
-        way = way * values[name].detach()
+        direction = direction * values[name].detach()
     step = 1e-7 if name in PARAMETERS else 1e-6 * max(1.0, float(values[name].detach().abs().max()))
     with torch.no_grad():
-        above, below = (error({name: values[name] + side * step * way}) for side in (1, -1))
-    along = float((found[name] * way).sum())
+        above, below = (error({name: values[name] + side * step * direction}) for side in (1, -1))
+    along = float((found[name] * direction).sum())
     assert along == pytest.approx(float(above - below) / (2 * step), rel=2e-4, abs=1e-7)
     assert along != 0

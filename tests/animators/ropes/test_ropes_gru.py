@@ -55,7 +55,7 @@ def played(cells: GruCells, data, clip: int) -> np.ndarray:
 
 
 def errors_mm(cells: GruCells, data, clips) -> tuple[float, float]:
-    """Of the networks and of the drape carried along stiffly."""
+    """Returns the errors of the networks and of the rigidly moved drape."""
     found, stiff = [], []
     for clip in clips:
         truth = data.bones[FRAMES * clip + 3 + WARM_UP : FRAMES * (clip + 1)]
@@ -129,7 +129,7 @@ def test_a_killed_training_goes_on_to_the_same_end(data, tmp_path):
     seen = []
     end = trained(data, options=short, folder=tmp_path, progress=lambda done, total: seen.append((done, total)))
     assert seen[0] == (6, 12)
-    for name in ("seeing", "recalling", "showing", "showing_bias"):
+    for name in ("input_weights", "hidden_weights", "output_weights", "output_bias"):
         np.testing.assert_array_equal(getattr(whole, name), getattr(end, name))
 
 

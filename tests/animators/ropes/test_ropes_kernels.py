@@ -48,7 +48,7 @@ def demand(directions, spans, inverse, velocities, accelerations, h, ahead):
 
 
 def chains_of(offsets, inverse_masses, **arrays):
-    """Chains without springs, balance and sides, but for what is given."""
+    """Chains without springs, balance and sides, except for the given arrays."""
     nodes = len(inverse_masses)
     flat, vectors = np.zeros(nodes), np.zeros((nodes, 3))
     own = np.repeat(np.arange(nodes, dtype=np.int32)[:, None], 2, axis=1)
@@ -179,14 +179,14 @@ def test_frames_between_go_straight_and_turn_evenly():
     pivots = rng.normal(size=(5, 3))
     poses = [np.concatenate([turns[k : k + 5].as_matrix(), rng.normal(size=(5, 3, 1))], axis=2) for k in (0, 5)]
     found = np.zeros((5, 3, 4))
-    for share in (0.0, 0.3, 1.0):
-        joint_frames.frames_between(*poses, pivots, share, found)
+    for fraction in (0.0, 0.3, 1.0):
+        joint_frames.frames_between(*poses, pivots, fraction, found)
         for j in range(5):
-            slerp = Slerp([0, 1], Rotation.concatenate([turns[j], turns[j + 5]]))(share).as_matrix()
+            slerp = Slerp([0, 1], Rotation.concatenate([turns[j], turns[j + 5]]))(fraction).as_matrix()
             np.testing.assert_allclose(found[j, :, :3], slerp, atol=1e-7)
             ends = [pose[j, :, :3] @ pivots[j] + pose[j, :, 3] for pose in poses]
             middle = found[j, :, :3] @ pivots[j] + found[j, :, 3]
-            np.testing.assert_allclose(middle, ends[0] + share * (ends[1] - ends[0]), atol=1e-7)
+            np.testing.assert_allclose(middle, ends[0] + fraction * (ends[1] - ends[0]), atol=1e-7)
 
 
 def test_carried_nodes_are_skinned():
@@ -198,8 +198,8 @@ def test_carried_nodes_are_skinned():
     np.testing.assert_allclose(found, np.einsum("kab,kb->ka", blended[:, :, :3], rest) + blended[:, :, 3], atol=1e-12)
     j, pivots = 2, rng.normal(size=(4, 3))
     moved = rng.normal(size=(4, 3, 4))
-    way = (moved[j] - frames[j]) @ np.append(pivots[j], 1)
-    assert rope_frames.squared_displacement(frames, moved, j, pivots) == pytest.approx(way @ way)
+    path = (moved[j] - frames[j]) @ np.append(pivots[j], 1)
+    assert rope_frames.squared_displacement(frames, moved, j, pivots) == pytest.approx(path @ path)
 
 
 def test_external_accelerations_equal_numpy():
@@ -250,10 +250,10 @@ def test_external_accelerations_equal_numpy():
         load = 9.81 / inverse[i] + (0 if i in (4, 8) else tensions[i + 1])
         expected[i] += min(load / loads[i], 1) * frames[int(i > 4)] @ balance[i]
 
-    def add(a, b, relative, way):
-        share = inverse[a] + inverse[b]
-        expected[a] -= relative * inverse[a] / share * way
-        expected[b] += relative * inverse[b] / share * way
+    def add(a, b, relative, path):
+        fraction = inverse[a] + inverse[b]
+        expected[a] -= relative * inverse[a] / fraction * path
+        expected[b] += relative * inverse[b] / fraction * path
 
     soft, both = (k / (1 + k * h * h / 0.4) for k in (30.0, 120.0))
     for (a, b), (rest, longest) in zip(pairs, spans, strict=True):
@@ -265,8 +265,8 @@ def test_external_accelerations_equal_numpy():
             add(i - 1, i, 50 / (1 + 50 * h * h / 0.3) * (rest_spans[i] - span), (x[i] - x[i - 1]) / span)
     for i, a, b, rate in [(k, k - 1, k + 1, 3.0) for k in (2, 3, 6, 7)]:
         away = rate / (1 + 4 * h * rate) * (v[i] - (v[a] + v[b]) / 2) / inverse[i]
-        for node, share in ((i, -1), (a, 0.5), (b, 0.5)):
-            expected[node] += share * inverse[node] * away
+        for node, fraction in ((i, -1), (a, 0.5), (b, 0.5)):
+            expected[node] += fraction * inverse[node] * away
     wind = np.array([1.0, 2, 3])
     for i in (2, 3, 4, 6, 7, 8):
         damping = 2.0 + 8.0 * np.exp(-(i - (2 if i < 5 else 6)))
@@ -320,7 +320,7 @@ def test_the_contact_velocity_is_eq_14_to_16():
 def test_a_pushed_node_is_not_faster_along_the_surface_than_it_moved():
     rng = np.random.default_rng(12)
     cone = round_cone_shape(np.array([0.0, -0.3, 0]), np.array([0.0, 0.3, 0]), 0.2, 0.2)
-    colliders = BodyProxy.made([(0, cone)], np.zeros((1, 3))).colliders
+    colliders = BodyProxy.from_primitives([(0, cone)], np.zeros((1, 3))).colliders
     h, slowed = 1 / 60, 0
     for _ in range(40):
         frames = [
@@ -349,8 +349,8 @@ def test_first_contact_is_where_the_distance_falls_to_the_margin():
     hits = 0
     for _ in range(200):
         start, end = rng.uniform(-1, 1, (2, 3))
-        way = start + np.linspace(0, 1, 2001)[:, None] * (end - start)
-        gaps = round_cone(way, a, b, 0.3, 0.1)[0] - 0.01
+        path = start + np.linspace(0, 1, 2001)[:, None] * (end - start)
+        gaps = round_cone(path, a, b, 0.3, 0.1)[0] - 0.01
         if gaps[0] < 1e-3:
             continue
         found = collisions.first_contact(kind, shape[None], 0, 0.01, tuple(start), tuple(end))

@@ -65,8 +65,8 @@ def test_the_cape_of_the_paper_has_ten_chains_of_thirteen_to_fifteen_bones():
     assert lengths.max() / lengths.min() < 1.3
     hem = [ropes.rest[end - 1] for end in ropes.chains.offsets[1:]]
     from_hem = np.linalg.norm(cape("cape").vertices[None] - np.array(hem)[:, None], axis=2)
-    chart = UnrolledGarment(cape("cape"))
-    assert (chart.distance[from_hem.argmin(1)] > 0.95 * chart.distance.max()).all()
+    unrolled = UnrolledGarment(cape("cape"))
+    assert (unrolled.distance[from_hem.argmin(1)] > 0.95 * unrolled.distance.max()).all()
 
 
 def test_ropes_are_as_long_as_in_the_drape_and_as_their_cloth_where_it_lies_in_folds():
@@ -189,11 +189,11 @@ def test_the_skirt_of_the_paper_has_its_twenty_six_chains_of_nine_bones():
 
 
 def test_points_have_the_coordinates_that_were_asked_for():
-    chart = UnrolledGarment(skirt())
-    for share, depth in ((0.13, 0.1), (0.99, 0.31), (0.5, 0.5)):
-        corners, weights = chart.point(share, depth)
-        assert weights @ chart.distance[corners] == pytest.approx(depth, abs=1e-9)
-        assert np.abs(weights @ chart.rim.difference(chart.fraction[corners], share)) < 1e-9
+    unrolled = UnrolledGarment(skirt())
+    for fraction, depth in ((0.13, 0.1), (0.99, 0.31), (0.5, 0.5)):
+        corners, weights = unrolled.point(fraction, depth)
+        assert weights @ unrolled.distance[corners] == pytest.approx(depth, abs=1e-9)
+        assert np.abs(weights @ unrolled.rim.difference(unrolled.fraction[corners], fraction)) < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -230,10 +230,10 @@ def test_chains_by_hand_that_cannot_hang_are_refused(chains, match):
 
 
 def swinging(tube, centres, columns, rows):
-    """Frames of a tube whose upper third stands still; below it sectors around four shares of the rim move alone."""
+    """Frames of a tube whose upper third stands still; below it sectors around four fractions of the rim move alone."""
     random = np.random.default_rng(0)
-    share, row = np.arange(columns * rows) % columns / columns, np.arange(columns * rows) // columns
-    owner = np.abs((share[:, None] - centres + 0.5) % 1 - 0.5).argmin(1)
+    fraction, row = np.arange(columns * rows) % columns / columns, np.arange(columns * rows) // columns
+    owner = np.abs((fraction[:, None] - centres + 0.5) % 1 - 0.5).argmin(1)
     moves = random.normal(0, 0.1, (15, len(centres), 3))
     return tube.vertices + np.where((row > rows // 3)[:, None], moves[:, owner], 0.0)
 

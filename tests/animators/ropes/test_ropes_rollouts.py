@@ -1,4 +1,4 @@
-"""The training of learned bones, on bones that hang on springs behind a body that turns and goes."""
+"""Training of learned bones, on bones that hang on springs behind a body that turns and walks."""
 
 from dataclasses import replace
 
@@ -36,7 +36,7 @@ def shaped():
 
 
 def transforms(clip: int) -> np.ndarray:
-    """The body turns from side to side while it goes, in each clip in another way."""
+    """The body turns from side to side while it goes, in each clip in another direction."""
     t, body = np.arange(FRAMES) / 30 + clip, shaped()
     rotations = np.repeat(body.rest_pose.rotations[None], FRAMES, axis=0).astype(np.float64)
     half = 0.4 * np.sin((2 + 0.2 * clip) * t)
@@ -55,8 +55,8 @@ def on_springs(frames: np.ndarray) -> np.ndarray:
     for k in range(1, len(frames)):
         for step in range(1, 9):
             goal = hung[k - 1] + (hung[k] - hung[k - 1]) * step / 8
-            way = goal - x
-            v = v + ((60 + 6e4 * (way * way).sum(1, keepdims=True)) * way - 6 * v) * H / 8
+            direction = goal - x
+            v = v + ((60 + 6e4 * (direction * direction).sum(1, keepdims=True)) * direction - 6 * v) * H / 8
             x = x + v * H / 8
         found.append(x)
     return np.stack(found)
@@ -190,7 +190,7 @@ def test_takes_too_short_for_learned_bones_are_refused():
 
     assert sequences_of(range(2)).longest == FRAMES - 3
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(learn_bones, "SHORTEST", FRAMES)
+        patch.setattr(learn_bones, "SHORTEST_ROLLOUT", FRAMES)
         patch.setattr(learn_bones, "sequences", lambda *_, **__: sequences_of(range(2)))
         with pytest.raises(BadDataset, match="learned bones need takes of 93 frames.*got none longer than 90 frames"):
             learn_bones.learn_bones(None, None, SMALL, seed=0)  # type: ignore[arg-type]

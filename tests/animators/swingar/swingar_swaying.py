@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.animators.swingar.fit.samples import FrameBatch, GarmentSample
+from hemline.animators.swingar.fit.samples import FrameBatch
+from hemline.animators.swingar.garment_sample import GarmentSample
 from hemline.animators.swingar.graph import Graph
 from hemline.meshes import vertex_normals
 from tests.animators.swingar.swingar_samples import sheet

@@ -45,8 +45,10 @@ LEAST_JOINT_WEIGHT = 1e-3
 """Joints whose weight is below this fraction of the largest one, in every region, do not count in distances."""
 
 DEEPEST_PUSH, FARTHEST_ASIDE = 0.03, 0.03
-"""Largest depth from which the clearance moves a vertex out of the skin, and its largest distance beside the body vertex
-[m]. The projection of the player handles all other vertices."""
+"""Largest depth from which the clearance moves a vertex out of the skin, and largest offset beside its body vertex [m].
+
+The projection of the player handles all other vertices.
+"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,11 +4,10 @@ import numpy as np
 
 from hemline.animators.coarse.features.descriptor import Descriptor
 from hemline.animators.coarse.features.rest_features import fit_features, vertex_masses
-from hemline.animators.coarse.fit.garment_frames import GarmentFrames
 from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT, TRAIL_COUNT, ProxyOnBody
-from hemline.animators.swingar.fit.samples import GarmentSample
 from hemline.arrays import Faces, Float, Vertices
 
+from .garment_sample import GarmentSample
 from .graph import Graph
 
 STATE_FEATURES = TRAIL_COUNT + 3
@@ -28,18 +27,22 @@ def garment_inputs(proxy: ProxyOnBody, descriptor: int) -> GarmentSample:
     """
     garment = proxy.garment
     parts = garment.vertices, fit_features(proxy), proxy.skin.dense(), vertex_masses(proxy)
-    return _sample(garment.faces, *parts, descriptor=descriptor)
+    return garment_sample(garment.faces, *parts, descriptor=descriptor)
 
 
-def garment_of_frames(frames: GarmentFrames, descriptor: int) -> GarmentSample:
-    """Returns the inputs of a garment at rest whose frames are trained on."""
-    faces, *parts = (np.array(each) for each in (frames.faces, frames.cut, frames.fit, frames.skin, frames.mass))
-    return _sample(faces, *parts, descriptor=descriptor)
-
-
-def _sample(
+def garment_sample(
     faces: Faces, cut: Vertices, fit: np.ndarray, skin: np.ndarray, mass: np.ndarray, *, descriptor: int
 ) -> GarmentSample:
+    """Returns the inputs of a garment at rest from its parts.
+
+    Args:
+        faces: Triangles.
+        cut: Vertices as the garment was made, from which its descriptor is computed (verts, 3) [m].
+        fit: Normal, position [m] and signed distance to the body [m] of each settled vertex (verts, 7).
+        skin: Skin weights (verts, joints).
+        mass: Mass of each vertex (verts,) [kg].
+        descriptor: Number of entries of the spectral descriptor.
+    """
     eigenvalues = Descriptor.of(cut, faces, size=min(descriptor, len(cut))).pad_to(descriptor)
     return GarmentSample(Graph.of(faces, len(cut)), faces, fit, eigenvalues, skin_logits(skin), mass)
 

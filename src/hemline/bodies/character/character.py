@@ -227,11 +227,11 @@ def _scale(rig: GltfRig, turn: np.ndarray, leg: float, height: float | None, uni
         scale = height / float(np.ptp((mesh.vertices @ turn.T)[:, 1]))
         return scale, f"scaled by {scale:.4g} to be {height:g} m tall"
     try:
-        unit, said = unit_of(leg, unit, path.name, units=METRIC)
+        unit, note = unit_of(leg, unit, path.name, units=METRIC)
     except BadMotion as reason:
         cure = f"{reason.cure}, or say how tall it is with --height"
         raise BadBody(reason.what, reason.got, cure) from reason
-    return METRIC[unit], said
+    return METRIC[unit], note
 
 
 def _rest_offsets(character: Character) -> np.ndarray:
@@ -249,16 +249,16 @@ def _rest_offsets(character: Character) -> np.ndarray:
 def _largest(weights: Float[np.ndarray, "verts joints"]) -> tuple[np.ndarray, np.ndarray]:
     """Returns the `INFLUENCES` joints of each vertex with the largest weights, strongest first, scaled to sum to 1."""
     order = np.argsort(-weights, axis=1, kind="stable")[:, :INFLUENCES]
-    kept = np.take_along_axis(weights, order, axis=1)
-    return np.where(kept > 0, order, 0), kept / kept.sum(axis=1, keepdims=True)
+    largest = np.take_along_axis(weights, order, axis=1)
+    return np.where(largest > 0, order, 0), largest / largest.sum(axis=1, keepdims=True)
 
 
 def _licence(rig: GltfRig) -> str:
     """Returns the terms that the file states."""
     document, extensions = rig.gltf.document, rig.gltf.extensions
-    said = [str(document["asset"].get("copyright") or "")]
+    terms = [str(document["asset"].get("copyright") or "")]
     for name, keys in (("VRMC_vrm", ("name", "authors", "licenseUrl")), ("VRM", ("title", "author", "licenseName"))):
         meta = extensions.get(name, {}).get("meta", {}) if isinstance(extensions.get(name), dict) else {}
-        said += [f"{key}: {meta[key]}" for key in keys if meta.get(key)]
-    text = "; ".join(line for line in said if line)
+        terms += [f"{key}: {meta[key]}" for key in keys if meta.get(key)]
+    text = "; ".join(line for line in terms if line)
     return text[:500] or f"as {rig.gltf.path.name} has it; its makers' terms hold"

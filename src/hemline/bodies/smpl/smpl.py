@@ -118,8 +118,8 @@ def _largest_weights(
     for joint, merged in enumerate(family.reduced):
         dense[:, merged] += np.maximum(weights[:, joint], 0)
     order = np.argsort(-dense, axis=1, kind="stable")[:, :INFLUENCES]
-    kept = np.take_along_axis(dense, order, axis=1)
-    return np.where(kept > 0, order, 0), kept / kept.sum(axis=1, keepdims=True)
+    largest = np.take_along_axis(dense, order, axis=1)
+    return np.where(largest > 0, order, 0), largest / largest.sum(axis=1, keepdims=True)
 
 
 def _select_posedirs(posedirs: np.ndarray, family: Family) -> Float[np.ndarray, "features verts 3"]:

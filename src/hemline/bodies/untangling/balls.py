@@ -127,8 +127,8 @@ def _mean_weights(shaped: BodyShape, first: np.ndarray, second: np.ndarray) -> t
     for vertices in (first, second):
         np.add.at(dense, (np.arange(len(first))[:, None], body.weight_indices[vertices]), body.weights[vertices] / 2)
     order = np.argsort(-dense, axis=1, kind="stable")[:, :INFLUENCES]
-    kept = np.take_along_axis(dense, order, axis=1)
-    return order.astype(np.int32), (kept / kept.sum(axis=1, keepdims=True)).astype(np.float32)
+    largest = np.take_along_axis(dense, order, axis=1)
+    return order.astype(np.int32), (largest / largest.sum(axis=1, keepdims=True)).astype(np.float32)
 
 
 def _pairs(

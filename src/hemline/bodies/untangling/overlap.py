@@ -33,7 +33,7 @@ def overlapping(posed: PosedBody) -> Mask:
 
 
 def overlap_percent(shaped: ShapedBody, motion: Motion) -> Float[np.ndarray, " frames"]:
-    """Returns the percentage of the body's vertices that lie inside another part of it, in each frame.
+    """Returns the percentage of the body's vertices that lie inside another part of it, in each frame [%].
 
     Args:
         shaped: The body.

@@ -50,13 +50,13 @@ def add_overlaps(
                 ux, uy, uz = axes[j, 0, c], axes[j, 1, c], axes[j, 2, c]
                 change = 0.0
                 for ball, sign in ((a, -1.0), (b, 1.0)):
-                    share = shares[ball, j]
-                    if share > 0:
+                    moves_with = shares[ball, j]
+                    if moves_with > 0:
                         px = centres[ball, 0] - joints[j, 0]
                         py = centres[ball, 1] - joints[j, 1]
                         pz = centres[ball, 2] - joints[j, 2]
                         moved = (uy * pz - uz * py) * x + (uz * px - ux * pz) * y + (ux * py - uy * px) * z
-                        change += sign * share * moved / distance
+                        change += sign * moves_with * moved / distance
                 columns_out[3 * j + c] = slope * scales[j] * change
         for row in range(3 * count):
             if columns_out[row] == 0:

@@ -70,7 +70,8 @@ def displace(cloth, skin, ids, decay, margin, gap, far, turn, positions_out, sig
     """Proposes where each listed vertex should go to be outside of the surface around its anchor.
 
     A vertex that was farther outside than `far`, or that keeps clear of its anchor, is measured in every fourth
-    turn only. For a vertex farther inside than that, the kernel searches for a much shorter way out; in the first turn, for all.
+    turn only. For a vertex farther inside than that, the kernel searches for a much shorter way out; in the first turn,
+    for all.
     A vertex with a place of contact is only measured around that place.
 
     Reads: cloth; skin; ids (near,): vertices; decay: the factor of last frame's offsets, 0 to 1; margin, gap, far:

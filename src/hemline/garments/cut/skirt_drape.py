@@ -119,5 +119,5 @@ def _at(rows: np.ndarray, place: np.ndarray, fine: np.ndarray) -> np.ndarray:
 
 def _evenly(line: np.ndarray, columns: int) -> np.ndarray:
     distances = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    wanted = distances[-1] * np.arange(columns) / columns
-    return np.stack([np.interp(wanted, distances, line[:, axis]) for axis in range(3)], axis=1)
+    targets = distances[-1] * np.arange(columns) / columns
+    return np.stack([np.interp(targets, distances, line[:, axis]) for axis in range(3)], axis=1)

@@ -45,44 +45,44 @@ def random_design(kind: Kind, seed: int, *, close: bool = False) -> Design:
     plain = plain_design(kind)
     random = np.random.default_rng([_SEEDS[kind], seed])
 
-    def drawn(low: float, high: float) -> float:
+    def draw(low: float, high: float) -> float:
         return round(float(random.uniform(low, high)), 3)
 
-    sleeve = drawn(0.08, 0.46) if random.random() < 0.7 else 0.0
-    ease = drawn(0.04, 0.22)
-    neck_width = drawn(0.15, 0.22)
+    sleeve = draw(0.08, 0.46) if random.random() < 0.7 else 0.0
+    ease = draw(0.04, 0.22)
+    neck_width = draw(0.15, 0.22)
     chosen: dict[str, float | str] = {"material": str(random.choice(_CLOTH[kind]))}
     if plain.has_top:
         chosen |= {
             "ease": ease,
-            "waist_ease": drawn(0.04, ease + 0.08),
+            "waist_ease": draw(0.04, ease + 0.08),
             "sleeve": sleeve,
-            "sleeve_ease": drawn(0.03, 0.12),
-            "sleeve_flare": drawn(0.0, 0.2),
-            "strap": drawn(0.05, 0.1),
+            "sleeve_ease": draw(0.03, 0.12),
+            "sleeve_flare": draw(0.0, 0.2),
+            "strap": draw(0.05, 0.1),
             "neck_width": neck_width,
-            "neck_front": drawn(0.05, 0.16),
-            "neck_back": drawn(0.02, 0.06),
+            "neck_front": draw(0.05, 0.16),
+            "neck_back": draw(0.02, 0.06),
             "neckline": str(random.choice(NECKLINES)),
         }
     if plain.has_legs:
         chosen |= {
-            "leg_ease": drawn(0.03, 0.18),
-            "leg_taper": drawn(0.0, 0.9),
-            "rise": drawn(0.01, 0.05),
-            "flare": drawn(0.0, 0.12),
+            "leg_ease": draw(0.03, 0.18),
+            "leg_taper": draw(0.0, 0.9),
+            "rise": draw(0.01, 0.05),
+            "flare": draw(0.0, 0.12),
         }
     if kind == "top":
-        chosen |= {"length": drawn(0.48, 0.85), "flare": drawn(0.0, 0.3)}
+        chosen |= {"length": draw(0.48, 0.85), "flare": draw(0.0, 0.3)}
     elif kind == "dress":
-        chosen |= {"length": drawn(0.85, 1.3), "flare": drawn(0.05, 0.5), "waist_height": drawn(-0.05, 0.1)}
+        chosen |= {"length": draw(0.85, 1.3), "flare": draw(0.05, 0.5), "waist_height": draw(-0.05, 0.1)}
     elif kind == "skirt":
-        chosen |= {"length": drawn(0.3, 0.9), "flare": drawn(0.0, 0.7), "ease": drawn(0.02, 0.15)}
-        chosen |= {"waist_height": drawn(-0.06, 0.02)}
+        chosen |= {"length": draw(0.3, 0.9), "flare": draw(0.0, 0.7), "ease": draw(0.02, 0.15)}
+        chosen |= {"waist_height": draw(-0.06, 0.02)}
     elif kind == "trousers":
-        chosen |= {"length": drawn(0.42, 0.95), "ease": drawn(0.02, 0.12), "waist_height": drawn(-0.07, 0.02)}
+        chosen |= {"length": draw(0.42, 0.95), "ease": draw(0.02, 0.12), "waist_height": draw(-0.07, 0.02)}
     else:
-        chosen |= {"length": drawn(0.8, 1.3)}
+        chosen |= {"length": draw(0.8, 1.3)}
     if close:
         wide = [name for name in chosen if name.endswith(("ease", "flare"))]
         chosen |= {name: round(CLOSE_FRACTION * float(chosen[name]), 4) for name in wide}

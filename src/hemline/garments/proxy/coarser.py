@@ -14,7 +14,7 @@ LEAST_VERTICES = 50
 """Least number of vertices of a garment."""
 
 
-def coarser_garment(garment: Garment, share: float) -> tuple[Garment, Int[np.ndarray, " kept"]]:
+def coarser_garment(garment: Garment, fraction: float) -> tuple[Garment, Int[np.ndarray, " kept"]]:
     """Reduces a garment to some of its vertices; cut, pins, pieces and material stay.
 
     Rims and pinned lines stay where they are. Chains that were made by hand are dropped, as they lie on the full
@@ -22,27 +22,27 @@ def coarser_garment(garment: Garment, share: float) -> tuple[Garment, Int[np.nda
 
     Args:
         garment: The full garment.
-        share: Fraction of its vertices to keep, above 0 and at most 1. 1 returns the garment itself.
+        fraction: Fraction of its vertices to keep, above 0 and at most 1. 1 returns the garment itself.
 
     Returns:
         The coarser garment, and for each of its vertices the number of that vertex in the full garment.
 
     Raises:
-        BadInput: `share` is out of range, or leaves fewer than 50 vertices.
+        BadInput: `fraction` is out of range, or leaves fewer than 50 vertices.
     """
     count = len(garment.vertices)
-    if not 0 < share <= 1:
-        raise BadInput("a share of vertices is above 0 and at most 1", share, "use 1 for all, 0.25 for a quarter")
-    if share == 1:
+    if not 0 < fraction <= 1:
+        raise BadInput("a share of vertices is above 0 and at most 1", fraction, "use 1 for all, 0.25 for a quarter")
+    if fraction == 1:
         return garment, np.arange(count, dtype=np.int32)
-    if share * count < LEAST_VERTICES:
-        what, got = f"garment '{garment.name}' needs {LEAST_VERTICES} vertices or more", f"{share} of {count}"
+    if fraction * count < LEAST_VERTICES:
+        what, got = f"garment '{garment.name}' needs {LEAST_VERTICES} vertices or more", f"{fraction} of {count}"
         raise BadInput(what, got, f"keep {LEAST_VERTICES / count:.2g}")
     kinds = np.stack([garment.pins.joints, np.isinf(garment.pins.stiffness)], axis=1)
     _, kind = np.unique(kinds, axis=0, return_inverse=True)
     bound = np.zeros(count, np.int64)
     bound[garment.pins.vertices] = 1 << kind.reshape(-1)
-    mesh = coarsen(garment.vertices, garment.faces, round(share * count), rest_edges=garment.rest_edges, bound=bound)
+    mesh = coarsen(garment.vertices, garment.faces, round(fraction * count), rest_edges=garment.rest_edges, bound=bound)
     numbers = np.full(count, -1, np.int32)
     numbers[mesh.kept] = np.arange(len(mesh.kept))
     ends = np.searchsorted(mesh.kept, np.cumsum([0, *(piece.vertex_count for piece in garment.layers)]))

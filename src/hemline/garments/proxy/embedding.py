@@ -55,16 +55,16 @@ class Embedding:
     """Position at rest of each fine vertex in the frames of its carriers [m]."""
 
     @classmethod
-    def of(cls, fine: Garment, coarse: Garment, kept: Int[np.ndarray, " coarse"]) -> "Embedding":
+    def of(cls, fine: Garment, coarse: Garment, fine_ids: Int[np.ndarray, " coarse"]) -> "Embedding":
         """Embeds one garment in another, both as they are at rest.
 
         Args:
             fine: The garment that is displayed.
             coarse: The garment that moves.
-            kept: Number in the fine garment of each coarse vertex.
+            fine_ids: Number in the fine garment of each coarse vertex.
         """
         rest = coarse.vertices.astype(np.float64)
-        near, weights = _carriers(fine, kept, float(np.linalg.norm(coarse.rest_edges, axis=1).mean()))
+        near, weights = _carriers(fine, fine_ids, float(np.linalg.norm(coarse.rest_edges, axis=1).mean()))
         frames = _frames(rest, coarse.faces)
         offsets = np.einsum("vkji,vkj->vki", frames[near], fine.vertices[:, None].astype(np.float64) - rest[near])
         return cls(coarse.faces, *_rings(rest, coarse.faces, frames), near, weights, offsets)
@@ -83,12 +83,12 @@ class Embedding:
         return vertices
 
 
-def _carriers(fine: Garment, kept: np.ndarray, edge: float) -> tuple[np.ndarray, np.ndarray]:
+def _carriers(fine: Garment, fine_ids: np.ndarray, edge: float) -> tuple[np.ndarray, np.ndarray]:
     """Returns the nearest few coarse vertices of each fine one along the cloth, and their weights."""
     surface = GeodesicMesh.of(fine.vertices, fine.faces, fine.rest_edges)
-    near, distances = surface.nearest(kept, CARRIERS + 1, SEARCH_RADIUS * edge)
+    near, distances = surface.nearest(fine_ids, CARRIERS + 1, SEARCH_RADIUS * edge)
     if (near[:, 0] < 0).any():
-        near, distances = surface.nearest(kept, CARRIERS + 1, np.inf)
+        near, distances = surface.nearest(fine_ids, CARRIERS + 1, np.inf)
     ratio = np.minimum(
         distances / np.maximum(distances[:, -1:], 1e-9), 1.0, where=near >= 0, out=np.zeros_like(distances)
     )

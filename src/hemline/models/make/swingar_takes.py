@@ -71,7 +71,7 @@ class Recipe:
     settings: SimSettings | None
     """Settings of a quality level of `live`; None for those of `hemline simulate`."""
     seconds: float
-    deal_parts: tuple[TakePart, ...]
+    parts: tuple[TakePart, ...]
 
 
 def main() -> None:
@@ -232,7 +232,7 @@ def garment_job(recipe: Recipe) -> Job[str]:
     return summary + "".join(f"; failed: {reason}" for reason in reasons)
 
 
-def make_proxy(recipe: Recipe, argument: None, tell: Progress) -> Garment:
+def make_proxy(recipe: Recipe, argument: None, progress: Progress) -> Garment:
     """Opens the garment of a recipe and returns its proxy mesh."""
     garment = open_garment(recipe.garment, bodies.load(BODY).shaped(), dressed=False, dataset=recipe.folder)
     return proxy_of(garment, recipe.size)[0]

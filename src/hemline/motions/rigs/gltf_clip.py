@@ -188,7 +188,7 @@ def _pose_nodes(
             turned[:, node] = values[:, [3, 0, 1, 2]]
         else:
             scaled[:, node] = values
-    return nodes.placed(matrices(moved, turned, scaled))
+    return nodes.to_world(matrices(moved, turned, scaled))
 
 
 def _bone_motion(rig: GltfRig, world: np.ndarray) -> tuple[np.ndarray, dict[int, np.ndarray]]:

@@ -129,7 +129,7 @@ def _rest(gltf: Gltf, nodes: Nodes, skins: list[list[int]]) -> tuple[np.ndarray,
     scale and the nearest quarter turns.
     """
     local = nodes.locals
-    world = nodes.placed(local)
+    world = nodes.to_world(local)
     if not any(skins):
         return world, (), True
     binds = [_binds(gltf, skin, len(joints)) for skin, joints in zip(gltf.all("skins"), skins, strict=True)]

@@ -72,7 +72,14 @@ def retarget(
         licence=licence,
         notes=tuple(
             note
-            for note in (*_match_note(match), unit_note, rig.note, tpose_note, collar_note, _ignored_note(rig))
+            for note in (
+                *_match_note(match),
+                unit_note,
+                rig.note,
+                tpose_note,
+                collar_note,
+                _note_ignored(rig),
+            )
             if note
         ),
     )
@@ -138,7 +145,7 @@ def _spine(rig: Rig, level: int) -> Quaternion:
     return slerp(rig.rotations[:, chain[below]], rig.rotations[:, chain[below + 1]], place - below)
 
 
-def _ignored_note(rig: Rig) -> str:
+def _note_ignored(rig: Rig) -> str:
     used = {*rig.match.joints.values(), *rig.match.spine}
     names = [name for joint, name in enumerate(rig.skeleton.names) if joint not in used]
     return f"joints that only carry others, or are ignored: {', '.join(names)}" if names else ""

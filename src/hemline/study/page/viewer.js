@@ -1,6 +1,6 @@
 "use strict";
-// Shows two clips in step and sends each answer at once. All that is remembered is on the server. The address of the
-// page holds the key that lets it in, so all that it asks for lies beneath that address.
+// Shows two clips side by side and sends each answer at once. All data is stored on the server. The address of the page
+// contains the key that grants access, so all requests are below that address.
 
 const SCALE = ["left much better", "left better", "left slightly better", "no preference",
   "right slightly better", "right better", "right much better"];
@@ -29,7 +29,7 @@ async function request(path, body) {
   return content;
 }
 
-// One thing at a time: a second press while the first is under way does nothing.
+// Runs one action at a time: further key presses are ignored meanwhile.
 async function once(work) {
   if (state.busy) return;
   state.busy = true;
@@ -43,7 +43,7 @@ async function once(work) {
   }
 }
 
-// Clips. A picture begins anew with each address, so each replay makes one; a video is set back.
+// Clips. A picture restarts with a new address, so each replay makes one; a video is rewound.
 
 async function load(address, video) {
   const reply = await fetch(`.${address}`);
@@ -76,7 +76,7 @@ function replayAll() {
 }
 
 function checkAlike([a, b]) {
-  const far = Math.abs(a.duration - b.duration) > 0.1; // not for a duration that is not known, which is infinite
+  const far = Math.abs(a.duration - b.duration) > 0.1; // unknown durations are infinite, and not compared
   if (a.videoWidth !== b.videoWidth || a.videoHeight !== b.videoHeight || far)
     throw new Error("These two videos differ in size or length; tell the person who runs the study.");
 }

@@ -1,7 +1,7 @@
-// AssemblyScript. What is heavy in a frame, eight and four numbers at once; all pointers are into the page's memory.
-// `python -m hemline.web.build` makes kernels.wasm of it. Arrays: what is read before what it writes.
+// AssemblyScript: the heavy part of a frame, with 128-bit vectors; all pointers are into the memory of the page.
+// `python -m hemline.web.build` compiles it to kernels.wasm. Arguments: inputs first, then outputs.
 
-// Sums over columns of 8-bit digits times 16-bit weights, exact in 32 bits.
+// Computes sums over columns of 8-bit digits times 16-bit weights, exact in 32 bits.
 // model: digits (blocks, pairs, 32 rows, 2 columns) int8   in: weights (pairs, 2) int16   out: sums (32 blocks) int32
 export function products(digits: usize, weights: usize, blocks: i32, pairs: i32, sums: usize): void {
   for (let block = 0; block < blocks; block++) {
@@ -35,7 +35,7 @@ export function products(digits: usize, weights: usize, blocks: i32, pairs: i32,
 }
 
 // in: sums (3 count) int32, unit [m], rest (count, 3), columns (4, 4) of R | t, padded by zeros
-// out: vertices (count, 3) and one number more: R (rest + unit sums) + t
+// out: vertices (count, 3) and one extra number: R (rest + unit sums) + t
 export function place(sums: usize, unit: f32, rest: usize, columns: usize, count: i32, vertices: usize): void {
   const c0 = v128.load(columns), c1 = v128.load(columns, 16), c2 = v128.load(columns, 32), c3 = v128.load(columns, 48);
   for (let i = 0; i < count; i++) {
@@ -49,9 +49,9 @@ export function place(sums: usize, unit: f32, rest: usize, columns: usize, count
   }
 }
 
-// One layer of a network; inputs that are zero cost nothing.
-// model: weights (tiles, ins, 16), biases (16 tiles)   in: inputs (ins); live (2 ins): room for what is not zero
-// out: outputs (16 tiles), rectified if asked
+// Computes one layer of a network; inputs that are zero are skipped.
+// model: weights (tiles, ins, 16), biases (16 tiles)   in: inputs (ins); live (2 ins): scratch for inputs that are not zero
+// out: outputs (16 tiles), rectified if `rectified`
 export function layer(
   weights: usize, biases: usize, inputs: usize, ins: i32, tiles: i32, rectified: i32, live: usize, outputs: usize,
 ): void {
@@ -68,11 +68,11 @@ export function layer(
   for (let tile = 0; tile < tiles; tile++) {
     let a = v128.load(biases), b = v128.load(biases, 16), c = v128.load(biases, 32), d = v128.load(biases, 48);
     for (let each = live; each < end; each += 8) {
-      const row = weights + load<i32>(each), share = v128.load32_splat(each, 4);
-      a = f32x4.add(a, f32x4.mul(share, v128.load(row)));
-      b = f32x4.add(b, f32x4.mul(share, v128.load(row, 16)));
-      c = f32x4.add(c, f32x4.mul(share, v128.load(row, 32)));
-      d = f32x4.add(d, f32x4.mul(share, v128.load(row, 48)));
+      const row = weights + load<i32>(each), factor = v128.load32_splat(each, 4);
+      a = f32x4.add(a, f32x4.mul(factor, v128.load(row)));
+      b = f32x4.add(b, f32x4.mul(factor, v128.load(row, 16)));
+      c = f32x4.add(c, f32x4.mul(factor, v128.load(row, 32)));
+      d = f32x4.add(d, f32x4.mul(factor, v128.load(row, 48)));
     }
     if (rectified) {
       a = f32x4.max(a, zero);
@@ -90,9 +90,9 @@ export function layer(
   }
 }
 
-// Linear blend skinning of points and their normals.
+// Skins points and their normals by linear blending.
 // model: bones (count, 6) uint8, weights (count, 6), zeros last   in: columns (joints, 4, 4), points, normals (count, 3)
-// out: points and unit normals, each (count, 3) and one number more
+// out: points and unit normals, each (count, 3) and one extra number
 export function skin(
   bones: usize, weights: usize, columns: usize, points: usize, normals: usize, count: i32, posed: usize, turned: usize,
 ): void {
@@ -101,11 +101,11 @@ export function skin(
     for (let k = 0; k < 6; k++) {
       const weight = load<f32>(weights + 4 * k);
       if (weight == 0) break;
-      const share = f32x4.splat(weight), column = columns + 64 * <usize>load<u8>(bones + k);
-      m0 = f32x4.add(m0, f32x4.mul(share, v128.load(column)));
-      m1 = f32x4.add(m1, f32x4.mul(share, v128.load(column, 16)));
-      m2 = f32x4.add(m2, f32x4.mul(share, v128.load(column, 32)));
-      m3 = f32x4.add(m3, f32x4.mul(share, v128.load(column, 48)));
+      const factor = f32x4.splat(weight), column = columns + 64 * <usize>load<u8>(bones + k);
+      m0 = f32x4.add(m0, f32x4.mul(factor, v128.load(column)));
+      m1 = f32x4.add(m1, f32x4.mul(factor, v128.load(column, 16)));
+      m2 = f32x4.add(m2, f32x4.mul(factor, v128.load(column, 32)));
+      m3 = f32x4.add(m3, f32x4.mul(factor, v128.load(column, 48)));
     }
     const at = moved(m0, m1, m2, load<f32>(points), load<f32>(points, 4), load<f32>(points, 8));
     v128.store(posed, f32x4.add(at, m3));
@@ -120,8 +120,8 @@ export function skin(
   }
 }
 
-// Normals of a mesh, weighted by area.
-// model: faces (faceCount, 3) uint32   in: vertices (count, 3)   out: normals (count, 3) and one number more
+// Computes area-weighted normals of a mesh.
+// model: faces (faceCount, 3) uint32   in: vertices (count, 3)   out: normals (count, 3) and one extra number
 export function areaNormals(faces: usize, vertices: usize, faceCount: i32, count: i32, normals: usize): void {
   memory.fill(normals, 0, 12 * count + 4);
   for (let f = 0; f < faceCount; f++) {
@@ -145,31 +145,31 @@ export function areaNormals(faces: usize, vertices: usize, faceCount: i32, count
   }
 }
 
-// A close-fitting garment in a pose, as `animators/agentdress/worn_kernels.wear` makes it.
-// model: bones uint8, weights (count, 6), the heaviest first; regions (count, regionCount); digits (count, 3, columns)
+// Computes a close-fitting garment in a pose, as the dressing kernel of `animators/agentdress` does.
+// model: bones uint8, weights (count, 6), the largest first; regions (count, regionCount); digits (count, 3, columns)
 //     int8, columns a multiple of 16   in: mixed (regionCount, columns) [m]; rest, offset (count, 3) [m]; columns of the
-//     transforms (joints, 4, 4); quaternions (joints, 4); shares (columns): room; clearances (count), -1: none; skin
-//     (count, 3) and normals (count, 3): where the body under each vertex is, and its normal in the rest pose; deepest,
-//     aside: how deep, and how far beside it, what is moved out may be [m]   out: vertices (count, 3) [m]
+//     transforms (joints, 4, 4); quaternions (joints, 4); columnWeights (columns): scratch; clearances (count), -1: none; skin
+//     (count, 3) and normals (count, 3): the nearest point of the body, and its normal in the rest pose; deepest, aside:
+//     largest depth and sideways distance of vertices that are moved out [m]   out: vertices (count, 3) [m]
 export function wear(
   bones: usize, weights: usize, regions: usize, regionCount: i32, digits: usize, columns: i32, mixed: usize,
-  rest: usize, offset: usize, transforms: usize, quaternions: usize, shares: usize, clearances: usize, skin: usize,
+  rest: usize, offset: usize, transforms: usize, quaternions: usize, columnWeights: usize, clearances: usize, skin: usize,
   normals: usize, deepest: f32, aside: f32, count: i32, vertices: usize,
 ): void {
   for (let i = 0; i < count; i++) {
-    memory.fill(shares, 0, 4 * columns);
+    memory.fill(columnWeights, 0, 4 * columns);
     for (let g = 0; g < regionCount; g++) {
       const region = load<f32>(regions + 4 * g);
       if (region > 1e-4) {
-        const share = f32x4.splat(region), row = mixed + 4 * g * columns;
+        const factor = f32x4.splat(region), row = mixed + 4 * g * columns;
         for (let k = 0; k < 4 * columns; k += 16) {
-          v128.store(shares + k, f32x4.add(v128.load(shares + k), f32x4.mul(share, v128.load(row + k))));
+          v128.store(columnWeights + k, f32x4.add(v128.load(columnWeights + k), f32x4.mul(factor, v128.load(row + k))));
         }
       }
     }
-    const ux = load<f32>(offset) + told(digits, shares, columns);
-    const uy = load<f32>(offset, 4) + told(digits + columns, shares, columns);
-    const uz = load<f32>(offset, 8) + told(digits + 2 * columns, shares, columns);
+    const ux = load<f32>(offset) + weightedDigits(digits, columnWeights, columns);
+    const uy = load<f32>(offset, 4) + weightedDigits(digits + columns, columnWeights, columns);
+    const uz = load<f32>(offset, 8) + weightedDigits(digits + 2 * columns, columnWeights, columns);
     let at = f32x4.splat(0), q = f32x4.splat(0);
     const first = v128.load(quaternions + 16 * <usize>load<u8>(bones));
     const x = load<f32>(rest), y = load<f32>(rest, 4), z = load<f32>(rest, 8);
@@ -212,12 +212,12 @@ export function wear(
   }
 }
 
-// A light push out of the body: from the closest place on the triangles around the nearest vertex of the skin, which is
-// sought from where it was and from where that of the garment's vertex before is.
+// Pushes vertices out of the body, from the closest point on the triangles around the nearest vertex of the skin. The
+// search starts at its previous result, and at that of the previous vertex of the garment.
 // model: starts (skinCount + 1), around (.., 2) uint32: the two other corners of each triangle at a vertex of the skin;
-//     samples (sampleCount) uint32: some of these vertices, from which a part of the garment's seeks anew: those of
-//     `turn` of 32, all where it is negative
-// in: skin, normals (skinCount, 3); gap: distance to keep; deepest: what lies deeper is left alone [m]
+//     samples (sampleCount) uint32: vertices from which a part of the garment searches anew: that of `turn`
+//     out of 32, or all of it where `turn` is negative
+// in: skin, normals (skinCount, 3); gap: distance to keep; deepest: deeper vertices are not moved [m]
 // in/out: nearest (count) uint32, vertices (count, 3)
 export function push(
   starts: usize, around: usize, samples: usize, sampleCount: i32, turn: i32, skin: usize, normals: usize, gap: f32,
@@ -262,7 +262,7 @@ export function push(
 
 const LONGEST_EDGE: f32 = 0.06; // of the skin, about [m]
 const OUTSIDE: f32 = 0.03; // so far over the nearest vertex nothing is inside [m]
-let second: f32 = 0, third: f32 = 0; // shares of the corners of a triangle in the place that `closest` found
+let second: f32 = 0, third: f32 = 0; // weights of the corners of a triangle at the point that `closest` found
 
 function pushFrom(
   best: u32, starts: usize, around: usize, skin: usize, normals: usize, gap: f32, deepest: f32, vertex: usize,
@@ -291,7 +291,7 @@ function pushFrom(
   add(vertex, lack * f32x4.extract_lane(up, 0), lack * f32x4.extract_lane(up, 1), lack * f32x4.extract_lane(up, 2));
 }
 
-// The place on a triangle 0, b, c closest to p: b `second` + c `third` (Ericson, Real-Time Collision Detection, 5.1.5).
+// Finds the point on a triangle 0, b, c closest to p: b `second` + c `third` (Ericson, Real-Time Collision Detection, 5.1.5).
 function closest(p: v128, b: v128, c: v128): void {
   const d1 = dot3(b, p), d2 = dot3(c, p), bb = dot3(b, b), bc = dot3(b, c), cc = dot3(c, c);
   const d3 = d1 - bb, d4 = d2 - bc, d5 = d1 - bc, d6 = d2 - cc;
@@ -317,9 +317,9 @@ function closest(p: v128, b: v128, c: v128): void {
   }
 }
 
-// in: values (count), share   in/out: totals (count), and up to three numbers more: totals + share values
-export function addScaled(values: usize, share: f32, count: i32, totals: usize): void {
-  const all = f32x4.splat(share);
+// in: values (count), factor   in/out: totals (count), and up to three extra numbers: totals + factor values
+export function addScaled(values: usize, factor: f32, count: i32, totals: usize): void {
+  const all = f32x4.splat(factor);
   for (let k = 0; k < 4 * count; k += 16) {
     v128.store(totals + k, f32x4.add(v128.load(totals + k), f32x4.mul(all, v128.load(values + k))));
   }
@@ -332,7 +332,7 @@ function moved(c0: v128, c1: v128, c2: v128, x: f32, y: f32, z: f32): v128 {
   return f32x4.add(plane, f32x4.mul(c2, f32x4.splat(z)));
 }
 
-// A vector u turned by (a, q), q = (b, c, d): u + 2 a (q x u) + 2 q x (q x u).
+// Rotates a vector u by (a, q), q = (b, c, d): u + 2 a (q x u) + 2 q x (q x u).
 // @ts-ignore: decorator
 @inline
 function turned(a: f32, b: f32, c: f32, d: f32, ux: f32, uy: f32, uz: f32): v128 {
@@ -373,19 +373,19 @@ function squared(points: usize, i: u32, x: f32, y: f32, z: f32): f32 {
 
 // @ts-ignore: decorator
 @inline
-function told(digits: usize, shares: usize, columns: i32): f32 {
+function weightedDigits(digits: usize, columnWeights: usize, columns: i32): f32 {
   let total = f32x4.splat(0);
   for (let k = 0; k < columns; k += 16) {
-    const some = v128.load(digits + k), share = shares + 4 * k;
+    const some = v128.load(digits + k), factor = columnWeights + 4 * k;
     const low = i16x8.extend_low_i8x16_s(some), high = i16x8.extend_high_i8x16_s(some);
     const a = f32x4.convert_i32x4_s(i32x4.extend_low_i16x8_s(low));
     const b = f32x4.convert_i32x4_s(i32x4.extend_high_i16x8_s(low));
     const c = f32x4.convert_i32x4_s(i32x4.extend_low_i16x8_s(high));
     const d = f32x4.convert_i32x4_s(i32x4.extend_high_i16x8_s(high));
-    total = f32x4.add(total, f32x4.mul(a, v128.load(share)));
-    total = f32x4.add(total, f32x4.mul(b, v128.load(share, 16)));
-    total = f32x4.add(total, f32x4.mul(c, v128.load(share, 32)));
-    total = f32x4.add(total, f32x4.mul(d, v128.load(share, 48)));
+    total = f32x4.add(total, f32x4.mul(a, v128.load(factor)));
+    total = f32x4.add(total, f32x4.mul(b, v128.load(factor, 16)));
+    total = f32x4.add(total, f32x4.mul(c, v128.load(factor, 32)));
+    total = f32x4.add(total, f32x4.mul(d, v128.load(factor, 48)));
   }
   return dot(total, f32x4.splat(1));
 }

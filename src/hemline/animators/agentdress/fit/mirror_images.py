@@ -63,7 +63,7 @@ def add_mirrored_changes(changes: MaterialChanges, image: MirrorImage) -> Materi
     return replace(
         changes,
         poses=poses[order],
-        where=np.repeat(changes.coordinates, 2, axis=0)[order],
+        coordinates=np.repeat(changes.coordinates, 2, axis=0)[order],
         added=_interleave(added, _mirror(added, image))[order].reshape(len(poses), -1),
     )
 

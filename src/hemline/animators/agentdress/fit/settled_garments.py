@@ -20,7 +20,7 @@ class SettledGarments:
     vertices: Float[np.ndarray, "poses verts 3"]
 
     @classmethod
-    def of(cls, shaped: ShapedBody, takes: list[Take]) -> "Settled":
+    def of(cls, shaped: ShapedBody, takes: list[Take]) -> "SettledGarments":
         """Reads the garments of takes on a body."""
         poses: list[Pose] = [take.motion[0] for take in takes]
         return cls(

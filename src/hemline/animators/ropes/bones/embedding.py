@@ -21,7 +21,7 @@ class NodeEmbedding:
     """Barycentric weights of the corners, float64, sum 1."""
 
     @classmethod
-    def at_vertices(cls, vertices: Int[np.ndarray, " nodes"]) -> "Embedding":
+    def at_vertices(cls, vertices: Int[np.ndarray, " nodes"]) -> "NodeEmbedding":
         """Returns points that are vertices of the mesh."""
         corners = np.repeat(np.asarray(vertices, np.int32)[:, None], 3, axis=1)
         return cls(corners, np.tile([1.0, 0.0, 0.0], (len(corners), 1)))

@@ -35,7 +35,7 @@ class TakeFrames:
     """Side of each row: 0 train, 1 val, 2 test."""
 
     @classmethod
-    def of(cls, dataset: Dataset) -> "Source":
+    def of(cls, dataset: Dataset) -> "TakeFrames":
         """Selects all clips that did not fail, split by clip.
 
         Raises:

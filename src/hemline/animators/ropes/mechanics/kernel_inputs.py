@@ -27,7 +27,7 @@ class Chains(NamedTuple):
     across: Int[np.ndarray, "nodes 2"]
     """The nodes to both sides of each node; the node itself at the edge of the cloth."""
     pairs: Int[np.ndarray, "pairs 2"]
-    """NodeArrays of neighbouring chains joined by lateral springs."""
+    """Nodes of neighbouring chains joined by lateral springs."""
     pair_spans: Float[np.ndarray, "pairs 2"]
     """Distance of each pair at rest, and the longest that the cloth allows [m]."""
     balance: Float[np.ndarray, "nodes 3"]
@@ -35,7 +35,7 @@ class Chains(NamedTuple):
     rest_loads: Float[np.ndarray, " nodes"]
     """Weight of each node in that drape, plus the tension of the rope below it [N]."""
     kinematic: Int[np.ndarray, " kin"]
-    """NodeArrays that are moved from outside."""
+    """Nodes that are moved from outside."""
 
 
 class ContactSettings(NamedTuple):

@@ -8,7 +8,8 @@ import numpy as np
 
 from hemline.animators.coarse.fit.garment_frames import GarmentFrames
 from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, STATIC_COUNT
-from hemline.animators.swingar.graph_inputs import VERTEX_FEATURES, garment_of_frames, vertex_inputs
+from hemline.animators.swingar.garment_sample import GarmentSample
+from hemline.animators.swingar.graph_inputs import VERTEX_FEATURES, garment_sample, vertex_inputs
 from hemline.arrays import Bool, Float, Int
 from hemline.bodies import Body, PosedBody
 from hemline.collide.neural_sdf.distance import Distance
@@ -16,7 +17,7 @@ from hemline.collide.neural_sdf.neural_sdf import load_neural_sdf
 from hemline.motions.motion import JOINT_COUNT, Pose
 from hemline.motions.quaternions import from_axis_angle
 
-from .samples import FrameBatch, GarmentSample
+from .samples import FrameBatch
 
 MIN_SPREAD = 0.01
 """Smallest spread by which features are divided."""
@@ -63,7 +64,7 @@ class TakeSamples:
         usable, trained = np.concatenate([np.asarray(each.wanted) for each in groups]), np.concatenate(trains)
         return cls(
             groups,
-            [garment_of_frames(each, descriptor) for each in groups],
+            [_sample_of(each, descriptor) for each in groups],
             firsts,
             np.repeat(np.arange(len(groups)), counts),
             np.concatenate([first + each.before for first, each in zip(firsts, groups, strict=True)]),
@@ -112,6 +113,12 @@ class TakeSamples:
     def _rows(self, chosen: Int[np.ndarray, " frames"]) -> tuple[GarmentFrames, Int[np.ndarray, " frames"]]:
         number = int(self.garment_of[chosen[0]])
         return self.groups[number], chosen - self.firsts[number]
+
+
+def _sample_of(frames: GarmentFrames, descriptor: int) -> GarmentSample:
+    """Returns the garment of some frames at rest."""
+    faces, *parts = (np.array(each) for each in (frames.faces, frames.cut, frames.fit, frames.skin, frames.mass))
+    return garment_sample(faces, *parts, descriptor=descriptor)
 
 
 def _skinning_error(group: GarmentFrames, rows: Int[np.ndarray, " frames"]) -> float:

@@ -6,11 +6,12 @@ import numpy as np
 
 from hemline.animators.coarse.features.mirror import VECTOR, dynamic_mirror, static_mirror
 from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT
+from hemline.animators.swingar.garment_sample import GarmentSample
 from hemline.animators.swingar.graph_inputs import vertex_inputs
 from hemline.learning.mirror import mirror_transforms, opposite_joints
 from hemline.motions.motion import JOINT_COUNT
 
-from .samples import FrameBatch, GarmentSample
+from .samples import FrameBatch
 
 AXIS_ANGLE_SIGNS = np.array([1, -1, -1], np.float32)
 """Signs of a mirrored axis-angle."""

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from hemline.animators.coarse.features.mirror import VECTOR
+from hemline.animators.swingar.garment_sample import GarmentSample
 from hemline.arrays import Int
 from hemline.learning.fit.distance_network import distances_at
 from hemline.learning.mirror import opposite_joints
@@ -16,7 +17,7 @@ from .estimator import Estimator, GarmentCode
 from .graph_samples import forget_beginning
 from .losses import LossWeights, bend_loss, collision_loss, distance_loss, edge_loss, gravity_loss
 from .mirror import mirror_frames, mirror_garment
-from .samples import FrameBatch, GarmentSample, TrainingSamples
+from .samples import FrameBatch, TrainingSamples
 
 SUPERVISED = LossWeights(edge=0.0, bend=0.0, gravity=0.0, collision=0.0)
 """Weights of the first stage, which has the vertex term alone."""

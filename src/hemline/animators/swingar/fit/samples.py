@@ -6,27 +6,9 @@ from typing import Protocol
 
 import numpy as np
 
-from hemline.animators.swingar.graph import Graph
-from hemline.arrays import Bool, Faces, Float, Int
+from hemline.animators.swingar.garment_sample import GarmentSample
+from hemline.arrays import Bool, Float, Int
 from hemline.collide.neural_sdf.distance import Distance
-
-
-@dataclass(frozen=True, eq=False)
-class GarmentSample:
-    """A garment at rest on one body."""
-
-    graph: Graph
-    """Graph of the garment."""
-    faces: Faces
-    """Triangles of the garment."""
-    features: Float[np.ndarray, "verts 7"]
-    """Normal, position [m], signed distance to the body [m] of each vertex, float32."""
-    descriptor: Float[np.ndarray, " descriptor"]
-    """Eigenvalues [1], float32."""
-    skin_logits: Float[np.ndarray, "verts joints"]
-    """Logits of the skin weights, float32."""
-    mass: Float[np.ndarray, " verts"]
-    """Mass of each vertex [kg], float32."""
 
 
 @dataclass(frozen=True, eq=False)

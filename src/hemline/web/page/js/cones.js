@@ -99,7 +99,7 @@ export class PlacedCones {
     rows.set([x, y, z, (u - x) / length, (v - y) / length, (w - z) / length, length, slope, cosine, first, second], r);
   }
 
-  /** For a node that moves from (sx, sy, sz) to (x, y, z): `gap`, its distance to each cone; `travel`, an upper bound of its motion. */
+  /** For a node moved from (sx, sy, sz) to (x, y, z): `gap`, its distance to each cone; `travel`, a bound of its motion. */
   measure(sx, sy, sz, x, y, z) {
     const { rows, gap, travel, count } = this, dx = x - sx, dy = y - sy, dz = z - sz;
     for (let k = 0, r = 0; k < count; k++, r += 18) {

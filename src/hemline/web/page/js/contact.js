@@ -1,4 +1,4 @@
-// Pushes rope nodes out of the cones, from root to tip; animators/ropes/push_out_kernels and rope_collision_kernels (paper, section 6).
+// Pushes rope nodes out of the cones, from root to tip; push_out_kernels, rope_collision_kernels (paper, section 6).
 
 import { distance, closest, worldNormal } from "hemline/cones.js";
 import { point, toRest, toWorld, rotateToWorld } from "hemline/joint_frames.js";

@@ -144,7 +144,7 @@ function addAir({ offsets, across, constants }, { accelerations }, h, positions,
   }
 }
 
-/** Damps each node towards the mean velocity of its neighbours above and below, and on both sides; momentum is conserved. */
+/** Damps each node towards the mean velocity of its neighbours on all four sides; momentum is conserved. */
 function addSmoothing({ offsets, across, inverse, constants }, { accelerations }, h, velocities) {
   const down = constants.bend_damping / (1 + 4 * h * constants.bend_damping);
   const side = constants.lateral_damping / (1 + 4 * h * constants.lateral_damping);

@@ -24,7 +24,7 @@ export function readChain(w, a, b, lengths, inverse, positions) {
   }
 }
 
-/** Solves for the smallest values >= 0 with A values >= wanted on taut ropes, by block pivoting; signless ropes may have negative values. */
+/** Solves for the smallest values >= 0 with A values >= wanted on taut ropes, by block pivoting; signless ones have any sign. */
 export function solveDirect(w, a, b, wanted, signless, values) {
   const { diagonal, beside, taut, active, upper } = w, last = b - 1, count = last - a;
   let scale = 0, idle = true;
