@@ -12,7 +12,14 @@ from pathlib import Path
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).parents[2]
-PLACES = ("*.md", "docs/**/*.md", "src/hemline/**/README.md", "papers/**/*.md", "integrations/**/README.md", "tests/**/README.md")
+PLACES = (
+    "*.md",
+    "docs/**/*.md",
+    "src/hemline/**/README.md",
+    "papers/**/*.md",
+    "integrations/**/README.md",
+    "tests/**/README.md",
+)
 """Where pages are."""
 EXTRA = ("site.css", "formulas.js")
 """What mkdocs.yml adds to each page."""

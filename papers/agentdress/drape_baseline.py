@@ -130,10 +130,10 @@ class DrapeShapeModel:
             by_area: Whether triangles count by their area, as in the solver. Otherwise a triangle that is degenerate on
                 the mean shape may dominate the variance.
 
-        Source: Guan, Reiss, Hirshberg, Weiss, Black, "DRAPE: DRessing Any PErson", 2012, the shape model, as Wu et al.
-            2021, section 4.3, compare with it. Differs: the third direction of a triangle, which its edges do not
-            determine, is its normal. The place of the garment, which gradients do not determine, is a regression of the
-            mean of its vertices on the same features.
+        Source: Guan, Reiss, Hirshberg, Weiss, Black, "DRAPE: DRessing Any PErson", 2012, its shape model, with
+            which section 4.3 of the AgentDress paper compares. Differs: the third direction of a triangle, which its
+            edges do not determine, is its normal. The place of the garment, which gradients do not determine, is a
+            regression of the mean of its vertices on the same features.
         """
         scales = poisson.roots if by_area else np.ones(len(poisson.faces))
         rows = poisson.rows(worn, scales)

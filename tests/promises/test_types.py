@@ -19,7 +19,7 @@ def shown(scene: str, folder: Path) -> dict[str, int]:
     done = subprocess.run(
         [sys.executable, str(SCENES), scene],
         cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT / "src"), "NUMBA_NUM_THREADS": "1"},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join((str(ROOT / "src"), str(ROOT))), "NUMBA_NUM_THREADS": "1"},
         capture_output=True,
         text=True,
         timeout=570,

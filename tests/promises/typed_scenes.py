@@ -28,7 +28,7 @@ class Unchecked(MetaPathFinder):
         return None
 
 
-install_import_hook("hemline", "checked.checked")
+install_import_hook("hemline", "tests.promises.checked.checked")
 sys.meta_path.insert(0, Unchecked())
 
 import numpy as np  # noqa: E402

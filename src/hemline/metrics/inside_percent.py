@@ -27,7 +27,7 @@ def inside_percent(inside: Mask, pinched: Int[np.ndarray, " pinched"] | None = N
 
 
 def pinched_percent(pinched: Int[np.ndarray, " pinched"], vertex_count: int) -> float:
-    """Returns the percentage of vertices of one frame that are pinched, without a place outside nearby."""
+    """Returns the percentage of vertices of one frame whose indices are in `pinched`: no place outside is nearby."""
     return 100.0 * len(pinched) / vertex_count
 
 

@@ -164,7 +164,7 @@ class SimulatedClip:
         return self.first(index, pose)
 
     def truth(self, index: int) -> Vertices | None:
-        """Returns None: the take itself is shown."""
+        """Returns None, since the vertices (verts, 3) [m] that are shown are the take's own."""
         return None
 
 

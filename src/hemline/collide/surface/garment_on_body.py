@@ -62,7 +62,7 @@ class GarmentOnBody:
 
     @property
     def nearest_faces(self) -> Int[np.ndarray, " verts"]:
-        """A face around the body vertex nearest to each garment vertex, a row of `patches.faces`."""
+        """Index in `patches.faces` of a face around the body vertex nearest to each garment vertex."""
         return self.patches.ring[self.patches.ring_start[self.nearest]]
 
     def check_vertices(self, vertices: Vertices) -> Vertices:

@@ -97,7 +97,7 @@ def dominant_joints(
 
 
 def limb_of_vertices(body: "Body") -> Int[np.ndarray, " verts"]:
-    """Returns the limb of each vertex of a body: that of the joint that moves it most."""
+    """Returns the index of the limb of each vertex of a body: the limb of the joint that moves it most."""
     return limbs(body.parents)[dominant_joints(body.weight_indices, body.weights)]
 
 
