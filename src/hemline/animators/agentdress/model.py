@@ -345,7 +345,7 @@ class AnimatorAgentDress:
     def _basis_coefficients(
         self,
         distances: Float[np.ndarray, "regions poses"],
-        effects: Float[np.ndarray, "shape_regions poses shape_modes"],
+        effects: Float[np.ndarray, "shape_regions shape_poses shape_modes"],
         *,
         posing: bool = True,
     ) -> Float[np.ndarray, "regions columns"]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -85,6 +85,7 @@ def covers_of(garment: Garment, shaped: ShapedBody) -> tuple[Cover, ...]:
     return tuple(Cover.prepare(shaped, garment.vertices, faces) for faces in each)
 
 
+@runtime_checkable
 class FrameProjector(Protocol):
     """Projection of one garment, or of several worn together, out of the body."""
 

@@ -1,7 +1,7 @@
 """The interface of an additional energy term, outside the fused kernel of the vertices."""
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -27,6 +27,7 @@ class TermInputs(NamedTuple):
     h: float
 
 
+@runtime_checkable
 class Term(Protocol):
     """One energy E(x) of the cloth during one step.
 
