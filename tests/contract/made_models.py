@@ -169,7 +169,7 @@ def rigged_model() -> AnimatorAgentDress:
     binding = Binding(tables.indices, tables.weights, tables.nearest)
     rest = body().rest_pose
     posed = [body().posed(Pose(turned, rest.translation)) for turned in tables.rotations[:count]]
-    worn = np.array([binding.posed(each.transforms, tables.rest, tables.offset) for each in posed])
+    worn = np.array([binding.skin(each.transforms, tables.rest, tables.offset) for each in posed])
     weights = binding.dense_weights() * random.uniform(0.5, 1.5, (count, 1, 24))
     rigging = Rigging(
         np.array([each.transforms for each in posed], np.float64), worn, weights / weights.sum(axis=2, keepdims=True)

@@ -218,7 +218,7 @@ def test_a_missing_file_and_an_unknown_name_are_told_apart(tmp_path, monkeypatch
     with pytest.raises(BadModel, match="cannot read .*none.safetensors; got No such file"):
         load(tmp_path / "none.safetensors")
     (tmp_path / "swirl.safetensors").write_bytes(model.read_bytes())
-    monkeypatch.setattr(model_file, "SHIPPED", tmp_path)
+    monkeypatch.setattr(model_file, "SHIPPED_FOLDER", tmp_path)
     monkeypatch.setattr(model_file, "shipped_models", lambda: shipped_models(tmp_path))
     assert shipped_models(tmp_path) == ["swirl"]
     assert load("swirl").garment.name == "cape"

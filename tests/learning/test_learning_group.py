@@ -98,7 +98,7 @@ def test_two_processes_killed_and_gone_on_by_one_or_three_come_to_what_one_comes
 
 
 def test_more_processes_than_samples_in_a_batch_are_refused(monkeypatch):
-    monkeypatch.setattr(Group, "now", classmethod(lambda cls: cls(0, 17)))
+    monkeypatch.setattr(Group, "current", classmethod(lambda cls: cls(0, 17)))
     with pytest.raises(BadCluster, match="line has 16 samples in a batch.*got 17 processes; start fewer"):
         Trainer(Line(), SCHEDULE)
     assert Trainer(Line(), Schedule(1, 17, 0.1, 0, 1)).group.count == 17

@@ -9,7 +9,7 @@ from hemline.learning.pca import principal_of_map, principal_of_rows
 
 
 def test_coefficients_are_projections(monkeypatch):
-    monkeypatch.setattr(pca, "STRIP", 77)  # several strips, the last one short
+    monkeypatch.setattr(pca, "ROWS_PER_STRIP", 77)  # several strips, the last one short
     frames = np.random.default_rng(0).normal(size=(80, 300)).astype(np.float32)
     found = principal_of_map(np.eye(300), np.zeros(300), frames, 6)
     np.testing.assert_allclose(found.coefficients(lambda at: frames[:, at]), frames @ found.basis.T, atol=1e-4)

@@ -151,14 +151,14 @@ def test_without_questions_names_are_shown(page, tmp_path):
     pairs = pairs_of(make_folders(tmp_path))
     with serving(pairs) as viewer:
         page.driver.get(viewer.url)
-        page.until("state.showing && !state.busy")
+        page.until("state.shownClips && !state.busy")
         captions = [each.text for each in page.driver.find_elements("css selector", "figcaption")]
         assert captions == [str(pairs[0].a), str(pairs[0].b)] and page.colours() == ("A", "B")
         assert page.text("place") == "kick, pair 1 of 3"
         page.driver.find_element("id", "forth").click()
-        page.until("state.place === 1 && state.showing && !state.busy")
+        page.until("state.place === 1 && state.shownClips && !state.busy")
         page.press("\ue012")
-        page.until("state.place === 0 && state.showing && !state.busy")
+        page.until("state.place === 0 && state.shownClips && !state.busy")
 
 
 def test_clips_play_together(page, tmp_path):
@@ -166,7 +166,7 @@ def test_clips_play_together(page, tmp_path):
     a, b = make_clip(tmp_path / "a.webp", RED, frame_ms=100), make_clip(tmp_path / "b.webp", BLUE, frame_ms=100)
     with serving(pairs_of([a, b])) as viewer:
         page.driver.get(viewer.url)
-        page.until("state.showing && !state.busy")
+        page.until("state.shownClips && !state.busy")
         for _ in range(3):
             page.press("r")
             page.until("!state.busy")

@@ -46,7 +46,7 @@ class Animator(Protocol):
 
     @property
     def body_hash(self) -> str:
-        """Hash of that body; any other body is refused."""
+        """Hash of the body that the garment was fitted on; any other body is refused."""
         ...
 
     @property
@@ -55,7 +55,7 @@ class Animator(Protocol):
         ...
 
     def start(self, posed: "PosedBody") -> Any:
-        """Returns the State at rest on a body of any shape in its first pose; raises BadInput for another body."""
+        """Returns the State at rest on a body of any shape in its first pose; raises BadInput on another body."""
         ...
 
     def step(self, state: Any, posed: "PosedBody", dt: float) -> tuple[Any, Vertices]:

@@ -1,4 +1,4 @@
-"""The base of the animators whose garment rides on a proxy, a coarse copy of it: `live`, `lag` and `swingar`."""
+"""The base class of animators whose garment is carried by a proxy, a coarse copy of it: `live`, `lag` and `swingar`."""
 
 import threading
 from abc import ABC, abstractmethod
@@ -48,7 +48,7 @@ class DressedProxy(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ProxyAnimator(ABC, Generic[Prepared]):
-    """A garment that rides on a proxy, which the subclass moves. What a body shape needs is prepared once.
+    """A garment that is carried by a proxy, which the subclass moves. Each body shape is prepared once.
 
     Attributes:
         garment: The garment.

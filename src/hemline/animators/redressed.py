@@ -81,7 +81,7 @@ class AnimatorRedressed:
 
     @property
     def body_hash(self) -> str:
-        """Hash of that body."""
+        """Hash of the body that the animator was fitted on."""
         return self.moving.body_hash
 
     @property

@@ -205,7 +205,7 @@ class SimulatedProxy:
         return ProxyState(state.to_world, cloth, cleaned.projector, pose, origin=state.origin)
 
     def _carry(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
-        """Carries the cloth rigidly with the key joint and part of the distance to its drape."""
+        """Carries the cloth rigidly with the key joint, and moves it part of the distance to its drape."""
         before, now = self.shaped.posed(state.pose), self.shaped.posed(pose)
         motion = RigidTransform.between(before.transforms[self._key], now.transforms[self._key])
         carried, drape = (

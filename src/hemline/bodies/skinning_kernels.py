@@ -120,10 +120,10 @@ def turn_normals(transforms, weight_indices, weights, normals, normals_out):
 
 @kernel(fastmath={"contract"})
 def area_normals(vertices, faces, normals_out):
-    """Computes normals at vertices, weighted by area.
+    """Computes area-weighted unit normals of vertices.
 
-    # in:  vertices (verts, 3) [m], faces (faces, 3)
-    # out: normals_out (verts, 3), unit; zero where there is no area
+    Reads: vertices (verts, 3) [m]; faces (faces, 3).
+    Writes: normals_out (verts, 3): unit length, or zero where there is no area.
     """
     for v in range(len(vertices)):
         for c in range(3):

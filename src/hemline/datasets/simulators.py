@@ -35,10 +35,10 @@ def warn_of_others(dataset: Dataset, rows: Sequence[Row], simulator: int) -> Non
 
 
 def warn_of_several(datasets: Sequence[Dataset]) -> None:
-    """Warns if more than one simulator made the takes of some datasets.
+    """Warns if the takes of some datasets were made by more than one version of the simulator.
 
     Args:
-        datasets: Datasets that are fitted to, or measured against.
+        datasets: Datasets to fit to, or to measure against.
     """
     rows = [row for each in datasets for row in each.rows() if row.failed is None]
     if len({row.simulator for row in rows}) < 2:

@@ -1,4 +1,4 @@
-"""Garments: cloth, pins and material. They are made, read from files, and worn alone or in layers."""
+"""Garments, which consist of cloth, pins and a material: made or read from files, and worn alone or in layers."""
 
 from pathlib import Path
 

@@ -42,7 +42,7 @@ def push_out_of_body(
         fixed: Mask of vertices that stay where they are; None: none.
 
     Returns:
-        Positions, float64. In a crease narrower than twice the clearance a vertex may stay closer than it.
+        Positions, float64. In a crease of the body narrower than twice the clearance, a vertex may end up closer.
     """
     result = np.array(vertices, np.float64)
     active = np.arange(len(result)) if fixed is None else np.flatnonzero(~fixed)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 CLEARANCE = 0.003
 """Least distance between cloth and skin at the start [m]."""
 _FOLLOW_DISTANCE = 0.05
-"""Distance from the skin at which cloth hardly follows it any more [m]."""
+"""Distance from the skin beyond which cloth hardly follows it [m]."""
 
 
 @lru_cache(maxsize=4)
@@ -36,9 +36,9 @@ def dress_vertices(
 ) -> Vertices:
     """Returns the start positions of a garment on another shape of its body.
 
-    Each vertex moves with the point of the body nearest to it. Vertices farther from the skin trust that point less:
-    their displacement is smoothed over the mesh (weight exp(-(d / 5 cm)^2)). Pins go where they are bound. Finally the
-    cloth is moved out of the body.
+    Each vertex moves with the point of the body nearest to it. This counts less for vertices farther from the skin:
+    displacements are smoothed over the mesh with the weight exp(-(d / 5 cm)^2). Pins go where they are bound.
+    Finally the cloth is moved out of the body.
 
     Args:
         vertices: The garment on its own body [m].

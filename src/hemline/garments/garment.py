@@ -1,4 +1,4 @@
-"""A garment: cloth, where it is pinned, what it is made of."""
+"""A garment, which consists of cloth, pins and a material."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -48,13 +48,13 @@ class Garment:
     rest_edges: Float[np.ndarray, "faces 2 2"]
     """The flat rest triangles, float64: columns are the edges from the first corner to the second and third [m]."""
     material: Material
-    """Material of the cloth; of the innermost piece if there are several."""
+    """Material of the cloth; if there are several pieces, that of the innermost one."""
     pins: Pins
     """Vertices that follow the body."""
     key_joint: str
     """The joint whose frame carries the garment as a whole: neck for a cape, pelvis for a skirt."""
     chains: Sequence[Sequence[int]] = ()
-    """Rope chains that were made by hand, vertex ids from root to tip; empty: they are laid out automatically."""
+    """Rope chains that were made by hand, each a row of vertex ids from root to tip. If empty, a fit lays them out."""
     body_name: str = "anny24"
     """Name of the body that it was made on."""
     body_betas: Betas = None  # type: ignore[assignment]  # the mean shape, set below
@@ -118,7 +118,7 @@ class Garment:
         return content_hash(*self.arrays().values(), metadata)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Returns all arrays by name, as files hold them; there a hard pin has the stiffness 0."""
+        """Returns all arrays by name, as they are stored in files, where a hard pin has the stiffness 0."""
         pins = self.pins
         parts = (pins.vertices, pins.body_faces, pins.barycentric, pins.heights)
         every = (self.vertices, self.faces, self.rest_edges, *parts)
@@ -198,7 +198,7 @@ class Garment:
         return cls.of(*read_tensors(path, "garment", error=BadGarment))
 
     def is_on(self, shaped: "ShapedBody") -> bool:
-        """Whether the garment lies on that shape of that body."""
+        """Whether the garment was made on, or dressed on, exactly this body and shape."""
         return self.body_name == shaped.body.name and np.array_equal(
             np.trim_zeros(self.body_betas, "b"), np.trim_zeros(shaped.betas, "b")
         )
@@ -215,7 +215,7 @@ class Garment:
             raise BadGarment(what, f"{highest}; {shaped.body.name} has {count}", "make the garment again on this body")
 
     def dressed(self, shaped: "ShapedBody") -> "Garment":
-        """Returns this garment moved onto another shape of its body; cut and cloth stay the same.
+        """Returns this garment moved onto another shape of its body; its rest triangles and material stay the same.
 
         Args:
             shaped: The body to wear it.

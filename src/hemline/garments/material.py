@@ -9,7 +9,7 @@ from hemline.errors import BadGarment
 from .quote import quote
 
 _LARGEST = 1e300
-"""Numbers beyond this hardly fit a floating-point number."""
+"""Limit of the magnitude of constants, close to the largest floating-point number."""
 
 _LIMITS = {
     "density": (20.0, "kg/m^2"),
@@ -20,7 +20,7 @@ _LIMITS = {
     "drag": (10.0, ""),
     "lift": (10.0, ""),
 }
-"""Largest plausible values. More is a mistaken unit, such as grams, or a modulus per cross-section [Pa]."""
+"""Largest plausible values. A larger one suggests a wrong unit, such as grams, or a modulus per cross-section [Pa]."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Material:
     damping: float = 0.003
     """Damping proportional to stiffness, as a time constant [s]."""
     friction: float = 0.3
-    """Coulomb's coefficient against the body."""
+    """Coulomb friction coefficient between cloth and body."""
     drag: float = 1.2
     """Drag coefficient along a triangle's normal, for the dynamic pressure of the air."""
     lift: float = 0.4
@@ -84,7 +84,7 @@ class Material:
 
     @classmethod
     def of(cls, content: "str | dict[str, Any] | Material") -> "Material":
-        """Makes a material from a name or a table of constants. A table may omit what its `base` has.
+        """Makes a material from a name or a table of constants. Constants that the table omits are those of its `base`.
 
         Args:
             content: A name of `MATERIALS`, or a dict of constants, with the key `base` naming one of `MATERIALS`

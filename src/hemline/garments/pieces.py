@@ -1,4 +1,4 @@
-"""Pieces of cloth in one garment, from the skin outwards, and their separation: each outside of those beneath it."""
+"""Pieces of cloth in one garment, from the skin outwards, each of which is moved outside of those beneath it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ GAP = 0.003
 """Distance between one piece and the next at the start [m]."""
 
 _DEEPEST_OVERLAP = 0.03
-"""Greatest depth at which a piece may start within the one beneath it; cloth that is farther off is elsewhere [m]."""
+"""Cloth that starts at most this deep inside the piece beneath it is moved out; deeper cloth is left alone [m]."""
 
 _ROUNDS = 8
 
@@ -60,7 +60,7 @@ def face_pieces(pieces: Sequence[Piece], faces: Faces) -> Int[np.ndarray, " face
 
 
 def separate_pieces(vertices: Vertices, faces: Faces, pins: Pins, pieces: Sequence[Piece]) -> tuple[Vertices, Pins]:
-    """Moves each piece of a garment outside of those beneath it, and its pins along.
+    """Moves each piece of a garment, with its pins, outside of those beneath it.
 
     Args:
         vertices: Start positions [m].
@@ -92,7 +92,7 @@ def separate_pieces(vertices: Vertices, faces: Faces, pins: Pins, pieces: Sequen
 
 
 def _outside(vertices: np.ndarray, inner: Vertices, faces: Faces) -> np.ndarray:
-    """Moves vertices that lie less than the gap in front of an open surface, or behind it; not those beyond its rim."""
+    """Moves vertices behind an open surface, or too close in front of it, to the gap; not those beyond its rim."""
     tree = ClosestTree(np.asarray(inner, np.float64), faces)
     closest, result = tree.closest(vertices), vertices.copy()
     outward = tree.outward(closest)

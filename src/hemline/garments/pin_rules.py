@@ -77,7 +77,7 @@ class PinGroup:
 
 
 def is_ids(value: Any) -> bool:
-    """Whether a value out of a TOML is a list of vertex ids."""
+    """Whether a value from a TOML file is a list of vertex ids."""
     return isinstance(value, list) and all(isinstance(each, int) and not isinstance(each, bool) for each in value)
 
 
@@ -88,7 +88,7 @@ PinRule = tuple[int, ...] | str | tuple[PinGroup, ...] | None
 def bind_pins(
     rule: PinRule, vertices: Vertices, faces: Faces, shaped: "ShapedBody", name: str
 ) -> tuple[Pins, tuple[str, ...]]:
-    """Binds the pins that a garment's file describes, and returns them with notes where they were guessed.
+    """Binds the pins that a garment's file describes, and returns them with notes on what was guessed.
 
     Args:
         rule: Groups, or vertex ids or a rule for a single group of hard pins on the surface.
@@ -175,7 +175,7 @@ def select_vertices(
 
 
 def guess_key_joint(pins: Pins, shaped: "ShapedBody") -> tuple[str, tuple[str, ...]]:
-    """Returns the joint that the pins follow most, and a note that says so. Pins on the skin count by its weights.
+    """Returns the joint that the pins follow most, and a note that names it. Pins on the skin count by skin weights.
 
     Args:
         pins: Pins of the garment; if there are none, the joint is the pelvis.

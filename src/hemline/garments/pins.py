@@ -79,9 +79,9 @@ class Pins:
             nearer = error < errors
             faces[nearer], weights[nearer] = closest.faces[nearer], closest.weights[nearer]
             heights[nearer], errors[nearer] = height[nearer], error[nearer]
-            # half a step: from far off, full steps would jump to and fro over the skin's bumps
+            # half a step: from far away, full steps would jump back and forth over bumps of the skin
             offset = above_skin if turn == 0 else (offset + above_skin) / 2
-        # rounded, so that another machine's last bits give the same pins
+        # rounded, so that pins are the same on machines whose last bits differ
         rounded = weights.round(6).astype(np.float32), heights.round(7).astype(np.float32)
         return cls(np.asarray(vertices, np.int32), faces, *rounded)
 

@@ -17,5 +17,5 @@ def quote(value: Any) -> str:
     """
     try:
         return _SHORT.repr(value)[:_LETTERS]
-    except ValueError:  # a whole number of more digits than Python writes
+    except ValueError:  # an integer with more digits than Python converts to text
         return "a number of thousands of digits"

@@ -48,8 +48,8 @@ def load(name: str = "cape", body: "ShapedBody | None" = None, *, dressed: bool 
         name: `cape` (12,690 vertices), `cape-light` (4,000), `skirt` (18,546), `skirt-light` (3,978); `tshirt`,
             `longsleeve`, `trousers`, `dress`, each of which has four times the triangles of `tshirt-light` and so on;
             or a generated one, `KIND:SEED` or `KIND:SEED@EDGE`, such as `dress:7` and `dress:7@35` (edges of 35 mm).
-        body: The body to wear it; None: the mean `anny24`, for which garments are made once and cached. On a body
-            other than `anny24` it is made anew.
+        body: The body to wear it; None: the mean `anny24`, for which garments are made once and cached. For any other
+            body it is made each time.
         dressed: Whether it is moved onto the shape of `body`; otherwise it stays on the mean shape of `anny24`.
 
     Raises:

@@ -14,7 +14,7 @@ from .pins import Pins
 def wear_together(garments: Sequence[Garment], *, name: str | None = None) -> Garment:
     """Combines garments into one of several pieces, each with its own material and pins.
 
-    A piece that starts within the one beneath it is moved out of it, pins included.
+    A piece that intersects one beneath it is moved out of it, with its pins.
 
     Args:
         garments: Garments on the same body, from the skin outwards.
@@ -56,13 +56,13 @@ def wear_together(garments: Sequence[Garment], *, name: str | None = None) -> Ga
 
 
 def split_pieces(garment: Garment) -> tuple[Garment, ...]:
-    """Splits a garment into its pieces, each a garment where it lies. A garment of one piece is returned as it is.
+    """Splits a garment into its pieces, each a garment in its place. A garment of one piece is returned as it is.
 
     Args:
         garment: The garment.
 
     Returns:
-        One garment a piece, from the skin outwards.
+        One garment per piece, from the skin outwards.
     """
     if len(garment.layers) == 1:
         return (garment,)

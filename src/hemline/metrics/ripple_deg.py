@@ -42,7 +42,7 @@ def ripple_figures(frames: Sequence[tuple[float, float | None]]) -> dict[str, fl
     """Summarises the ripples of a clip.
 
     Args:
-        frames: For each frame, `ripple_deg` of the garment and of the ground truth, None without one.
+        frames: For each frame, `ripple_deg` of the garment, and that of the ground truth, or None if there is none.
 
     Returns:
         `mean` and `truth` [degrees]; `truth` is None without a ground truth.

@@ -37,15 +37,15 @@ def play(
 
     Args:
         animator: A fitted animator.
-        body: A body of the kind of the fit, of any shape.
+        body: A body, of any shape, of the same kind as the one that the animator was fitted on.
         motion: A motion of any frame rate and leg length.
-        fps: Frames per second; None: those of the motion. Below four the garment takes steps of at most 0.25 s
+        fps: Frames per second; None for the rate of the motion. Below four the garment takes steps of at most 0.25 s
             between frames.
         pre_roll: Time in the first pose before the first frame [s].
         guarantee: See `Player.prepare`.
         measure: See `Player.prepare`.
         untangle: Whether limbs are lifted out of each other first.
-        placed: Whether the motion is placed on this body already.
+        placed: Whether the motion is already adapted to this body (`ShapedBody.placed`).
         truth: Simulated vertices (frames, verts, 3) [m], which drive the animator instead of its own dynamics; one row
             per frame of the motion as it is played.
         whole: See `Player.prepare`.

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from hemline.options import check_options, fraction, not_negative, positive
 
 SIMULATOR = 1
-"""Number of this simulator. It is one of the inputs of each take and so part of its name: takes with another number are
-other takes, and are never continued.
+"""Version of this simulator. It is one of the inputs of each take, and so part of its name: takes of another version
+count as different takes, and are never continued.
 
-Raise it whenever the same garment, body, clip and settings may give other bits than before, even in the last place of
-one vertex: after a change to the solver, to contact, to a term, to settling, to skinning, or to the projection at the
-end of a frame. No new number is needed for changes that show in the inputs anyway, such as the default of a setting or
-the placement of a clip, nor for code that is moved, renamed or documented. `tests/sim/test_sim_simulator.py` asks for
-it.
+Increase it whenever the same garment, body, clip and settings may give different results, even in the last bit of one
+vertex: after a change to the solver, to contact, to a term, to settling, to skinning, or to the projection at the
+end of a frame. No new version is needed for changes that show in the inputs anyway, such as the default of a setting
+or the placement of a clip, nor for code that is moved, renamed or documented. `tests/sim/step/test_sim_simulator.py` fails
+if it was forgotten.
 
-Numbers only grow; 0 stands for takes that were made before the number was stored.
+Versions only grow; 0 stands for takes that were made before the version was stored.
 """
 
 
@@ -37,9 +37,9 @@ class SimSettings:
     gusts: float = not_negative(0.0)
     """Standard deviation of each component of the wind; 0 for constant wind [m/s]."""
     gust_length: float = positive(2.0)
-    """Distance over which gusts change [m]."""
+    """Length scale of the gusts [m]."""
     gust_seconds: float = positive(1.0)
-    """Time in which gusts change [s]."""
+    """Time scale of the gusts [s]."""
     gust_seed: int = not_negative(0)
     """Seed of the gusts."""
     air_density: float = not_negative(1.2)
@@ -47,19 +47,19 @@ class SimSettings:
     thickness: float = not_negative(0.003)
     """Distance that cloth keeps from the body [m]."""
     contact_stiffness: float = not_negative(4e5)
-    """Contact pressure over penetration of the thickness [N/m^3]."""
+    """Contact pressure per metre of penetration into the thickness [N/m^3]."""
     contact_depth: float = positive(0.01)
-    """Penetration from which on the pressure is constant [m]."""
+    """Penetration beyond which the pressure is constant [m]."""
     contact_reach: float = positive(0.04)
     """Distance from the body's vertices within which contact is searched for, also inwards [m]."""
     pinched_share: float = fraction(0.02)
-    """Fraction of the contact stiffness that remains for a limb other than the cloth's own where both intersect."""
+    """Where two limbs intersect, fraction of the contact stiffness that remains for the one not under the cloth."""
     self_contact: bool = True
     """Whether the cloth collides with itself."""
     self_thickness: float = not_negative(0.002)
     """Distance that cloth keeps from itself [m]; less where edges are shorter than twice that."""
     self_stiffness: float = not_negative(5e4)
-    """Pressure of cloth on cloth over penetration of that distance [N/m^3]."""
+    """Pressure of cloth on cloth per metre of penetration into `self_thickness` [N/m^3]."""
     creep: float = positive(0.002)
     """Slip rate below which friction is smoothed [m/s]."""
     newton_steps: int = positive(6)
@@ -75,7 +75,7 @@ class SimSettings:
     lead_in: float = not_negative(1.0)
     """Time from the rest pose to the first pose of the clip [s]."""
     settle: float = not_negative(6.0)
-    """Maximum cloth time for settling in the rest pose [s]."""
+    """Maximum simulated time for settling in the rest pose [s]."""
 
     def __post_init__(self) -> None:
         check_options(self, "setting")

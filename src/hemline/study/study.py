@@ -90,12 +90,12 @@ class Study:
         """Reads all answers so far.
 
         Raises:
-            BadInput: The CSV was damaged in the meantime.
+            BadInput: The CSV file was damaged after it was opened.
         """
         return read_answers(self.answers) if self.answers.exists() else []
 
     def items(self, participant: str) -> list[Item]:
-        """Returns all items of a participant, in their order."""
+        """Returns all items of a participant, in the order in which they are shown."""
         shown = order_for(participant, self.pairs, self.seed)
         both = [(each, question) for each in shown for question in self.questions]
         return [Item(number, *one, self._token(participant, *one)) for number, one in enumerate(both)]

@@ -1,4 +1,4 @@
-"""Opens garments on a body, and tries on those that were made on unknown bodies."""
+"""Puts garments on a body, and tries on those that were made for unknown bodies."""
 
 from .fitness import Fitness as Fitness
 from .fitness import fitness as fitness

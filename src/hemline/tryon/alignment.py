@@ -1,4 +1,4 @@
-"""Aligns a garment that was made on an unknown body with this one: its place, its scale, and the pose of the body."""
+"""Aligns a garment with a body that it was not made for: finds its place, its scale, and the pose of the body."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -29,7 +29,7 @@ EVALUATIONS = 600
 """Number of placements that are evaluated from each start."""
 
 STARTS = 3
-"""Number of starts with each origin."""
+"""Number of starts of the search for each possible origin of the garment."""
 
 SIZES = (-0.25, 0.0, 0.3)
 """Logarithms of the scale from which the search starts."""
@@ -38,21 +38,21 @@ EASY_RESIZE = 0.05
 """Logarithm of the scale above which its cost grows linearly instead of quadratically."""
 
 OFF_BODY_DISTANCE = 0.2
-"""A garment farther than this from the body, with either origin, has its origin elsewhere [m]."""
+"""A garment farther than this from the body, with its origin at pelvis or floor, has its origin elsewhere [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """Placement of a garment and pose of the body with which limbs go through its openings.
+    """Placement of a garment, and pose of the body, such that limbs go through its openings.
 
     Attributes:
         vertices: Positions of the garment [m].
         pose: Pose of the body.
-        up: The axis that points up in the garment's own world, y or z.
+        up: The axis that points up in the garment's file, y or z.
         scale: Scale factor of the garment.
-        moved: Displacement of its centre, once y is up [m].
-        angles: Arms up, arms forward, elbows bent, legs apart, from the rest pose [rad].
-        through: Names of body parts whose lines go through cloth; empty if the alignment is good.
+        moved: Displacement of its centre, after it was turned to y up [m].
+        angles: By how much arms are raised and brought forward, elbows bent and legs spread from the rest pose [rad].
+        through: Names of joints whose segments of the skeleton go through cloth; empty if the alignment is good.
         empty: Number of openings that no limb goes through.
         rims: Number of openings.
     """
@@ -71,18 +71,18 @@ class Alignment:
 def align(
     vertices: Vertices, faces: Faces, shaped: "ShapedBody", *, scaled: bool = True, up: str | None = None
 ) -> Alignment:
-    """Finds the place, scale and pose that fit a garment and a body to each other.
+    """Finds the place and scale of a garment, and the pose of a body, with which they fit best.
 
-    The cost sums up cloth inside the body, cloth far from it, openings whose centre is far from a limb, openings that
-    no limb goes through, segments of the skeleton that go through cloth, and changes of pose, place and scale. The best
-    candidates of a grid of places and poses are refined by Powell's method.
+    The cost is a weighted sum of terms for cloth inside the body, cloth far from it, openings whose centre is far from
+    a limb, openings that no limb goes through, segments of the skeleton that go through cloth, and changes of pose,
+    place and scale. The best candidates of a grid of places and poses are refined by Powell's method.
 
     Args:
         vertices: Positions of the garment [m]; its origin is at the pelvis, on the floor, or anywhere.
         faces: Triangles.
         shaped: The body.
-        scaled: Whether the scale may change, too.
-        up: The axis that points up, y or z; None: y, unless the grid has a much better place with z up.
+        scaled: Whether the scale may change.
+        up: The axis that points up, y or z. If it is None, it is y, unless the garment fits much better with z up.
     """
     sizes = SIZES if scaled else (0.0,)
     points, faces = np.asarray(vertices, np.float64), np.ascontiguousarray(faces)
@@ -115,7 +115,7 @@ class _Search:
         self.starts, self.least = self._starts()
 
     def _origins(self) -> list[np.ndarray]:
-        """Returns possible origins of the garment: the pelvis and the floor, or two by its top if both are far off."""
+        """Returns possible origins: pelvis and floor; if both are far off, two that put its top at neck or spine."""
         shaped, joints = self.shaped, self.shaped.joints
         known = [np.zeros(3), np.array([0, float(shaped.vertices[:, 1].min()), 0])]
         points = self.vertices[self.some]
@@ -232,11 +232,11 @@ def _centres_off(rims: list[Rim], skeleton: Skeleton) -> np.ndarray:
 
 
 def pose_from_angles(shaped: "ShapedBody", angles: tuple[float, ...]) -> Pose:
-    """Returns the rest pose with both arms turned up and forward, elbows bent and legs apart.
+    """Returns the rest pose with both arms raised and brought forward, elbows bent and legs spread.
 
     Args:
         shaped: The body.
-        angles: Arms up, arms forward, elbows, legs [rad].
+        angles: Angles in this order: arms up, arms forward, elbows, legs apart [rad].
     """
     up, forward, bend, apart = angles
     rest = shaped.rest_pose

@@ -1,4 +1,4 @@
-"""Compiled kernel that counts the triangles that segments go through."""
+"""Compiled kernel that counts how many triangles each segment goes through."""
 
 from hemline.compiled import kernel
 from hemline.meshes.crossing_kernels import segment_crosses
@@ -8,8 +8,8 @@ from hemline.meshes.crossing_kernels import segment_crosses
 def crossings_of_segments(points, segments, x, faces, count_out):
     """Counts the triangles that each segment goes through, see `segment_crosses`.
 
-    # in:  points (points, 3) [m], segments (segments, 2): indices of their ends; x (verts, 3) [m], faces (faces, 3)
-    # out: count_out (segments,)
+    Reads: points (points, 3) [m]; segments (segments, 2): indices of their ends; x (verts, 3) [m]; faces (faces, 3).
+    Writes: count_out (segments,).
     """
     count_out[:] = 0
     for f in range(faces.shape[0]):

@@ -1,4 +1,4 @@
-"""Judges whether a garment that settled on a body can be worn: not inside it, torn, tangled or on the floor."""
+"""Settles a garment on a body and decides whether it can be worn: not inside the body, torn, tangled or fallen."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -26,7 +26,7 @@ STRAIN_LIMIT = 1.0
 """Strain of any edge above which a garment is torn."""
 
 HOPELESS_RATIO = 1.5
-"""A garment is not settled at all if its median strain exceeds the limit by this factor before."""
+"""A garment whose median strain exceeds the limit by this factor before it settles is rejected without settling."""
 
 CROSSING_LIMIT = 0.5
 """Largest percentage of edges that may go through the garment's own cloth."""
@@ -44,7 +44,7 @@ class Fitness:
         figures: `edge_strain_p50`, `edge_strain_p99`, `edge_strain_max`, `residual_share`, `inside`, `pinched`,
             `self_crossing_percent`, `fall_mm`.
         rest: The settled garment; None if it could not be settled.
-        warnings: What is odd about it although it can be worn.
+        warnings: Oddities that do not prevent it from being worn.
     """
 
     reason: str | None
@@ -54,7 +54,7 @@ class Fitness:
 
 
 def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Fitness:
-    """Settles a garment on a body and judges it.
+    """Settles a garment on a body and decides whether it can be worn.
 
     Args:
         garment: The garment, on this shape or another one of the body.

@@ -41,7 +41,7 @@ STILL_FRAMES = 8
 """Number of frames at the end in which the body does not change."""
 
 DAMPING = 0.7
-"""Fraction of the velocities that each step keeps."""
+"""Fraction of the velocities that remains after each step; 1 is no damping."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class Growth:
 
     Attributes:
         vertices: Positions on the body in its rest pose, without gravity [m].
-        girth: Fraction of its girth with which the body began.
+        girth: Fraction of its full girth that the body had at the start.
         stretched: Greatest stretch factor of an edge at the start, which shows open seams.
         crossed_before: Number of edges that went through the cloth at the start.
         crossed_after: Number of edges that go through the cloth at the end.
@@ -75,7 +75,7 @@ def grow(
         progress: Called with frames done and frames in all.
 
     Raises:
-        SimulationFailed: A step failed at its shortest.
+        SimulationFailed: A step failed even at the shortest time step.
     """
     settings = SimSettings(gravity=(0.0, 0.0, 0.0))
     dressed, thin = DressedBody(garment, shaped, settings), ThinBody(shaped)

@@ -1,4 +1,4 @@
-"""Opens a garment by name or from a file and puts it on a body; tries it on where it does not sit there."""
+"""Opens a garment by name or from a file and puts it on a body; tries it on if it does not sit on the body."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
 Fit = Literal["auto", "as-is", "try-on"]
-"""How a garment is put on a body: as its file places it, tried on, or tried on only if it does not sit there."""
+"""How a garment is put on a body: `as-is` leaves it where its file places it, `try-on` tries it on, and `auto` tries
+it on only if it does not sit there."""
 
 
 def open_garment(
@@ -36,7 +37,7 @@ def open_garment(
 ) -> Garment:
     """Opens a garment by name or from a file, on a body.
 
-    Meshes of other makers often do not sit on the body: they are far from it or inside it, their pins are, or a bone
+    Meshes by other makers often do not sit on the body: they or their pins are far from it or inside it, or a bone
     goes through their cloth. With `fit="auto"` such a mesh is tried on (see `try_on`), which takes about a minute.
 
     Args:
@@ -47,21 +48,22 @@ def open_garment(
             is tried on, or at least settled and judged.
         dressed: Whether the garment is moved onto the shape of `body`; otherwise it stays on the shape of that body
             that it was made on.
-        material: What it is made of, a material or the name of one; None: as it says itself.
-        dataset: Folder of a dataset, there or not, that keeps garments that were tried on, as `worn/<hash>.safetensors`
-            with the hash of mesh, TOML and body. Opening the same mesh again returns the very same garment at once.
-        say: Called with a line for each thing that is done and that takes time.
-        progress: Called with frames done and frames in all while a garment is tried on.
+        material: A material, or the name of one; None keeps the material that the garment or its file states.
+        dataset: Folder of a dataset, which need not exist yet. Garments that were tried on are kept in it, in
+            `worn/<hash>.safetensors` with the hash of mesh, TOML and body, so that opening the same mesh again returns
+            the same garment at once.
+        say: Called with a line of text before each step that takes long.
+        progress: Called with the number of frames done and the number of all frames while a garment is tried on.
 
     Returns:
         The garment on `body`, or on another shape of that body.
 
     Raises:
-        BadInput: `fit` is none of the three.
+        BadInput: `fit` is not one of its three values.
         BadGarment: Unknown name or material, a file that contradicts itself, or a garment that cannot be worn.
         OffBody: With `as-is`: the garment does not sit on the body (a BadGarment as well).
         BadMesh: The mesh cannot be read, or no cloth can be made of it.
-        BadDataset: The mesh would have to be tried on, and the dataset has a garment that was not made of it.
+        BadDataset: The mesh would have to be tried on, but the dataset belongs to a garment of another mesh.
         BadOutput: The folder of the dataset cannot be written to.
 
     Example:
@@ -93,7 +95,7 @@ def _fit_source(
     tell: Callable[[str], None],
     progress: Callable[[int, int], None] | None,
 ) -> Garment:
-    """Returns the garment of a file, tried on where it has to be: now, or before, if the dataset kept it."""
+    """Returns the garment of a file; if it has to be tried on, does so, or returns what an earlier try-on kept."""
     name = source.path.name
     kept = None
     if dataset is not None and source.kind == "mesh":

@@ -48,12 +48,12 @@ def empty_openings(vertices: Vertices, faces: Faces, shaped: "ShapedBody") -> tu
 
 
 def openings_are_harmless(vertices: Vertices, faces: Faces, shaped: "ShapedBody") -> bool:
-    r"""Whether all openings that no limb goes through are intended, and the garment is worn rightly.
+    r"""Whether all openings that no limb goes through are intended, and the garment is worn the right way.
 
     Each of them must be near the upper trunk and a hole in cloth: an area of $L d + \pi d^2$ lies within the distance
     $d$ of a rim of length $L$ in flat cloth, and $L d$ at the end of a tube. The piece of cloth with the opening must
-    be around the trunk, and both arms must come out of it alike: each by an opening of its own or both beside the head,
-    but not where the legs do. An arm that is stuck ends inside, or comes out with the legs.
+    be around the trunk, and both arms must come out of it in the same way: each through an opening of its own, or both
+    through that of the head, but not through that of the legs. An arm that is stuck ends inside, or comes out there.
     """
     placed, skeleton = vertices.astype(np.float64), Skeleton.of(shaped.joints)
     rims, part = [rim.at(placed) for rim in rims_of(placed, faces)], components(faces, len(vertices))
@@ -81,7 +81,7 @@ def _is_hole(rim: Rim, placed: Vertices, faces: Faces) -> bool:
 
 
 def _is_worn_right(rims: list[Rim], skeleton: Skeleton) -> bool:
-    """Whether trunk and arms come out of a piece of cloth rightly, by the openings that each goes through."""
+    """Whether trunk and arms come out of a piece of cloth the right way, by the openings that each goes through."""
     crossed = np.array([rim.crossings(skeleton) for rim in rims]) % 2
     crown, left, right, *feet = (
         (crossed @ skeleton.path(end) % 2).tolist()

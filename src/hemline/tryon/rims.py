@@ -11,7 +11,7 @@ from .crossing_segment_kernels import crossings_of_segments
 from .skeleton import Skeleton
 
 SHORTEST_RIM = 0.12
-"""Rims that are shorter are holes, not openings [m]."""
+"""Rims shorter than this are small holes, such as buttonholes, and not openings for limbs [m]."""
 
 
 def rims_of(vertices: Vertices, faces: Faces) -> list["Rim"]:
@@ -33,7 +33,7 @@ class Rim:
     length: float
     """Length of the rim [m]."""
     points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
-    """Positions of the rim, and its centre, once it is placed [m]."""
+    """Positions of the rim's vertices, then of its centre; empty until `at` places it [m]."""
     radius: float = 0.0
     """Mean distance of the rim from its centre, once it is placed [m]."""
 

@@ -36,8 +36,8 @@ class Skeleton:
 
     Attributes:
         points: Positions of the joints, followed by the crown of the head, finger tips and heels [m].
-        limbs: Segments that openings go around: bones, and lines from the last joints to these tips.
-        inner: Segments inside the body: limbs, and braces from neck to shoulders, from collars to hips and across.
+        limbs: Segments that openings go around: bones, and lines from the last joints to crown, finger tips and heels.
+        inner: Segments inside the body: the limbs, and braces of the trunk, such as from neck to pelvis and hip to hip.
     """
 
     points: Float[np.ndarray, "points 3"]

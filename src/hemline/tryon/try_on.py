@@ -1,4 +1,4 @@
-"""Puts a garment of unknown origin on a body, step by step: align, grow the body into it, settle, judge."""
+"""Puts a garment of unknown origin on a body: align it, grow the body inside it, settle it, accept or reject it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -31,10 +31,10 @@ LEAST_RESIZE = 0.02
 """Relative change of size below which a garment keeps its own size."""
 
 MANY_VERTICES = 30_000
-"""Number of vertices above which the expected time is announced."""
+"""Number of vertices above which the user is told how long it will take."""
 
 SECONDS_A_VERTEX = 0.008
-"""Time that a try-on takes for each vertex, about [s]."""
+"""Approximate time that a try-on takes per vertex [s]."""
 
 SHOULDER_DISTANCE = 0.06
 """Cloth nearer than this to the middle of a shoulder rests on it [m]."""
@@ -48,10 +48,10 @@ class TryOn:
 
     Attributes:
         garment: The garment on the body; its notes say what was done to it. If it was made on another shape of the
-            body, it stays on that shape: what simulates it dresses it.
-        fitness: How the garment fits once settled, and why it cannot be worn, if so.
+            body, it stays on that shape, and is dressed on this one when it is simulated.
+        fitness: How well the settled garment fits, and the reason if it cannot be worn.
         alignment: Where the garment was put, and for which pose of the body; None if its file says where it lies.
-        growth: How the body grew into the garment; None if its file says where it lies.
+        growth: The garment after the body grew inside it; None if its file says where it lies.
     """
 
     garment: Garment
@@ -71,22 +71,22 @@ def try_on(
 ) -> TryOn:
     """Puts a garment that was made on an unknown body onto this one.
 
-    The place and size of the garment and the pose of the body are sought for which limbs go through the openings
+    First, a search finds a place and size of the garment and a pose of the body with which limbs go through openings
     (`alignment`). The body, made thin, then grows inside the cloth and turns to its rest pose (`growing`); the cloth
-    keeps the rest metric of its own mesh or pattern. Finally the garment settles under gravity and is judged
-    (`fitness`). Clothes of MakeHuman (`.mhclo`) and hemline's own garments lie where their bindings or pins say, and
-    are only settled and judged. To get just the garment, use `open_garment`.
+    keeps the rest shape of its own mesh or pattern. Finally the garment settles under gravity and is accepted or
+    rejected (`fitness`). Clothes of MakeHuman (`.mhclo`) and hemline's own garments lie where their bindings or pins
+    say, so that only this last step is done. To get just the garment, use `open_garment`.
 
     Args:
         name_or_path: A mesh, a TOML that names one, a `.mhclo`, or a garment of hemline's own, by name or file.
         shaped: The body.
-        unit: Unit of the mesh; None: as the TOML says, or guessed.
-        scaled: Whether its size may change by up to 40 % when it was plainly made for a body of another size.
-        say: Called with what is worth knowing before it takes long.
-        progress: Called with frames done and frames in all.
+        unit: Unit of the mesh. If it is None, the TOML states it, or it is guessed.
+        scaled: Whether its size may change by up to 40 % if it was clearly made for a body of another size.
+        say: Called with a line of text before a step that takes long.
+        progress: Called with the number of frames done and the number of all frames.
 
     Returns:
-        The garment and how it fits; `fitness.reason` says why it cannot be worn, if so.
+        The garment and how it fits; if it cannot be worn, `fitness.reason` says why.
 
     Raises:
         BadGarment: Unit, material or pins contradict each other, or the garment cannot be put around the body at all.
@@ -109,7 +109,7 @@ def try_on_source(
     say: Callable[[str], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> TryOn:
-    """Puts the garment of a file that was opened onto a body, see `try_on`."""
+    """Puts the garment of a file that is already open onto a body, see `try_on`."""
     if source.kind != "mesh":
         garment = read_source(source, shaped, dressed=False)
         return TryOn(garment, fitness(garment, shaped))
@@ -138,7 +138,7 @@ def try_on_source(
 
 
 def loose_garment(cloth: GarmentCloth, description: GarmentFile, shaped: "ShapedBody", alignment: Alignment) -> Garment:
-    """Makes a garment without pins of cloth where the alignment puts it, its rest metric scaled.
+    """Makes a garment without pins from a mesh: placed by the alignment, with its rest triangles scaled.
 
     Args:
         cloth: The mesh.

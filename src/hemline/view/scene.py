@@ -80,7 +80,7 @@ class Scene:
         self._mesh_key: Any = None
 
     def look_from(self, stage: Stage) -> None:
-        """Places the camera of pages opened from now on: most of the garment is visible, the body left of the panel."""
+        """Sets the initial camera: it sees most of the garment, and shows the body to the left of the panel."""
         frame, garment = stage.frame, stage.source.garment
         body = frame.body.vertices, frame.body.faces
         right, _, back = view_axes(clearest_view([([(frame.vertices, garment.faces)], [body])]))
@@ -88,7 +88,7 @@ class Scene:
         self._camera.look_at, self._camera.position = middle, middle + AWAY * back
 
     def draw(self, stage: Stage, look: Look) -> None:
-        """Shows the present frame of a stage."""
+        """Shows the current frame of a stage."""
         self._prepare_meshes(stage)
         frame, garment = stage.frame, stage.source.garment
         cloth, truth = cloth_of(frame, look.shown), stage.truth

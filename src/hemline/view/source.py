@@ -151,7 +151,7 @@ class SimulatedClip:
 
     @property
     def motion(self) -> Motion:
-        """The poses of the simulation."""
+        """The poses that the take was simulated against."""
         return self.take.motion
 
     def first(self, index: int, pose: Pose) -> StoredFrame:

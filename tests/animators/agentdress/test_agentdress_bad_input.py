@@ -138,7 +138,7 @@ def test_a_loose_garment_causes_a_warning_with_the_error_to_expect(tmp_path, mon
     close = fit(made.make_dataset(tmp_path / "close", 6), STILL)
     assert close.figures["skin_distance_mm"] < 30
     wide = made.rest_garment() * [1.6, 1.0, 1.6]
-    monkeypatch.setattr(made, "base", lambda: wide)
+    monkeypatch.setattr(made, "rest_garment", lambda: wide)
     made.make_dataset(tmp_path / "loose", 6)
     assert (
         main(["fit", str(tmp_path / "loose"), "--animator", "agentdress", "-o", str(tmp_path / "m.safetensors")]) == 0

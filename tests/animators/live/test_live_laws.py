@@ -111,7 +111,7 @@ def test_where_no_step_can_be_taken_the_cloth_is_carried_and_comes_back_to_its_d
 
     live, (state, _) = made.live_cape(), run
     with monkeypatch.context() as patch:
-        patch.setattr(DressedBody, "frame", fails)
+        patch.setattr(DressedBody, "simulate_frame", fails)
         once, _ = live.step(state, made.body().posed(poses[0]), DT)
         lost = once
         for index in range(6):

@@ -97,7 +97,7 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
         Args:
             state: The State before; it is not changed.
             posed: The body now.
-            dt: Time since the State [s]; any.
+            dt: Time since that State, of any length [s].
 
         Returns:
             The State after, and the vertices in the world (verts, 3) [m].
@@ -111,7 +111,7 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
         return self._on(posed.shaped).simulator.step(state, posed, dt)
 
     def relocate(self, state: ProxyState, shaped: ShapedBody, transform: RigidTransform) -> ProxyState:
-        """Returns the State with everything in it, its past too, turned about the vertical and shifted.
+        """Returns the State with all of its contents, its past included, turned about the vertical and shifted.
 
         Args:
             state: The State before; it is not changed.

@@ -20,7 +20,7 @@ from .model import AnimatorLive
 
 @dataclass(frozen=True)
 class Live:
-    """Simulates whatever garment it is given; nothing is fitted.
+    """A model that simulates any garment, without a fit. `animator_for` makes the animator of one garment.
 
     Example:
         >>> import hemline
@@ -69,7 +69,7 @@ class Live:
         return replace(self, material=Material.of(material))
 
     def save(self, path: str | Path) -> None:
-        """Writes a model file of the options, whole or not at all.
+        """Writes a model file that holds the options: the whole file or, on failure, none.
 
         Raises:
             BadOutput: The path cannot be written.

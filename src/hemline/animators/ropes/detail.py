@@ -72,7 +72,7 @@ class AnimatorRopesLevel(LevelOf):
 
     @property
     def bones(self) -> str:
-        """Source of the bones: `ropes`, or `learned`."""
+        """What moves the bones: `ropes` (simulated rope chains) or `learned` (a network)."""
         return "ropes" if self.source.learned is None else "learned"
 
     def start(self, posed: PosedBody) -> AnimatorRopesState:

@@ -71,10 +71,10 @@ class Layer:
             shaped: The body that wears both.
             inner: The garment beneath.
             outer: The garment over it.
-            thickness: No displaced vertex ends nearer to the cloth beneath [m].
+            thickness: Smallest distance from the cloth beneath at which a displaced vertex may end [m].
             guarantee: See `Projector.prepare`.
-            whole: Keep the outer garment in one piece.
-            cover: Move the outer garment over cloth that would show through it.
+            whole: Whether to keep the outer garment in one piece.
+            cover: Whether to move the outer garment out where the cloth beneath would show through it.
             detail: See `WholeSettings.at_detail`.
 
         Raises:
@@ -106,7 +106,7 @@ class Layer:
     def step(
         self, state: LayerState, posed: "PosedBody", inner: Vertices, outer: Vertices, dt: float
     ) -> tuple[LayerState, Vertices, Int[np.ndarray, " pinched"]]:
-        """Moves the outer garment out of the one beneath.
+        """Moves the outer garment out of the one beneath, for one frame.
 
         Args:
             state: State from `start`, or from the frame before; it is not changed.
@@ -116,7 +116,7 @@ class Layer:
             dt: Time since the frame before [s].
 
         Returns:
-            The next state, the outer garment [m], and those of its vertices that found no free place near.
+            The next state, the outer garment [m], and the vertices of it for which no free position was found nearby.
         """
         on_body, skin = self.projector.on_body, self.closed.vertices(inner)
         surface = PosedSurface.at(on_body.patches, posed.transforms[on_body.key_joint], skin)

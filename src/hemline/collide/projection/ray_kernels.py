@@ -69,9 +69,10 @@ def list_hits(shafts, count, box, buffers, met_out):
 
 @kernel(forceinline=True)
 def block_box(points, begin, end, direction, margin):
-    """Returns the nearest coordinate of points[begin:end] along a direction, then the lowest and highest across [m].
+    """Bounds points[begin:end], as seen along a direction, by a box.
 
-    Reads: points (verts, 3) [m]; direction: 0 to 5; margin: the box is widened by it [m].
+    Reads: points (verts, 3) [m]; direction: axis 0 to 2, plus 3 for its negative; margin: the box is widened by it [m].
+    Returns: the nearest coordinate along the direction, then the lowest and the highest on each of the other axes [m].
     """
     axis = _index(direction % 3)
     u, v = _index((direction + 1) % 3), _index((direction + 2) % 3)

@@ -120,7 +120,7 @@ def carry_vertices(points, shifts, weight_ids, weights, offsets, keep, moved_out
 
 @kernel
 def limit_fine(model, stretch, sweeps, moved):
-    """Shortens all edges in sweeps to and fro; after the first sweep only where something moved.
+    """Shortens edges that are too long, in sweeps back and forth; after the first sweep, only where something moved.
 
     Each block of edges is first checked without a branch; then those that are too long are shortened one after another.
 

@@ -1,4 +1,4 @@
-"""Generated garments by name: `KIND:SEED`, `KIND:SEED@EDGE` (edge in millimetres) or `close-KIND:SEED`."""
+"""Generates garments by name: `KIND:SEED`, `KIND:SEED@EDGE` (edge length in millimetres) or `close-KIND:SEED`."""
 
 import re
 from typing import TYPE_CHECKING, cast

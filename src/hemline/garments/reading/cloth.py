@@ -28,7 +28,7 @@ class GarmentCloth:
     notes: tuple[str, ...]
     """What was guessed or changed so far, one sentence each."""
     coarse: bool = False
-    """Whether the triangles are so large that skin may come through them, and must be raised there."""
+    """Whether the triangles are so large that skin may come through them, so that the cloth must be raised there."""
 
 
 def check_cloth_mesh(vertices: Vertices, faces: Faces, name: str) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Places a garment that was read on its body, and moves it outside of it."""
+"""Places a garment from a file on its body, and moves its vertices out of the body."""
 
 from typing import NamedTuple
 

@@ -45,7 +45,7 @@ def read(
 
 
 def read_source(source: GarmentSource, body: "ShapedBody | None" = None, *, dressed: bool = True) -> Garment:
-    """Reads the garment of a file that was opened, see `read`."""
+    """Reads the garment of a file that is already open, see `read`."""
     garment = garment_of_source(source, body)
     if isinstance(garment, OffBody):
         raise garment
@@ -82,7 +82,7 @@ def garment_of_source(source: GarmentSource, body: "ShapedBody | None") -> Garme
 
 
 def put_on(garment: Garment, body: "ShapedBody | None", *, dressed: bool) -> Garment:
-    """Moves a garment onto a body, if it is to be dressed or is of another body, which raises.
+    """Moves a garment onto a body if `dressed`; refuses a garment of another body in any case.
 
     Args:
         garment: The garment, on the shape that it was made on.

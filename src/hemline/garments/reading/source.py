@@ -39,7 +39,7 @@ class GarmentSource:
 
     @property
     def kind(self) -> Literal["garment", "clothes", "mesh"]:
-        """Kind of the file: hemline's own garment, clothes of MakeHuman (`.mhclo`), or a mesh of anybody."""
+        """Kind of the file: a garment file of hemline, clothes of MakeHuman (`.mhclo`), or any other mesh."""
         if self.path.suffix.lower() == ".safetensors":
             return "garment"
         return "clothes" if Path(self.description.mesh).suffix.lower() == ".mhclo" else "mesh"

@@ -30,7 +30,7 @@ def unit_of(vertices: Vertices, declared: str | None, name: str) -> tuple[str, t
         name: Name of the file in error messages.
 
     Returns:
-        The unit's name, and a note where it was guessed.
+        The name of the unit, and a note if it was guessed.
 
     Raises:
         BadGarment: Unknown unit, a declared one that makes the garment smaller than 0.1 m or larger than 3 m, or a

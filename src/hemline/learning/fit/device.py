@@ -6,10 +6,10 @@ from hemline.errors import BadInput
 
 
 def usable_device(name: str) -> torch.device:
-    """Returns the device of a name.
+    """Returns the torch device with the given name, after a check that it can be used.
 
     Args:
-        name: A name of torch: `cpu`, `cuda`, `cuda:1`.
+        name: Name of the device in torch, such as `cpu`, `cuda` or `cuda:1`.
 
     Raises:
         BadInput: torch does not know the device, or finds none on this machine.

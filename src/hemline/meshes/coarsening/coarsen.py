@@ -57,7 +57,7 @@ def coarsen(
             times the fourth power of the longest new edge [m^4].
 
     Raises:
-        BadMesh: Fewer than `LEAST` vertices would be left.
+        BadMesh: Fewer than `LEAST_VERTICES` vertices would be left.
 
     Source: Garland, Heckbert, "Surface simplification using quadric error metrics", 1997. Differs: vertices collapse
         onto neighbours only, so that data of vertices stays valid; evenness; lengths along the cloth.

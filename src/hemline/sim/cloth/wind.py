@@ -1,4 +1,4 @@
-"""Wind over time and place: constant, in gusts, or a user's function."""
+"""Velocity of the wind over time and place: constant, in gusts, or a user's function. Its force is in `air_kernels`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

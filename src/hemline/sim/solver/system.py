@@ -28,7 +28,7 @@ class System:
         self.sums = Sums(np.empty(clusters), np.empty(3 * clusters), np.empty(3 * clusters), vector_of(clusters))
 
     def coarsen(self) -> bool:
-        """Builds the coarse level of the preconditioner from the matrix; returns False if it is not positive."""
+        """Builds the coarse level of the preconditioner from the matrix; False if not positive definite."""
         coarse_matrix(tuple(self.pattern), tuple(self.matrix), self.band)
         return bool(factorise(self.band))
 

@@ -129,7 +129,7 @@ class DressedBody:
             seconds: Length of the frame [s]; None for that of the settings.
 
         Raises:
-            SimulationFailed: A step failed at its shortest.
+            SimulationFailed: A step failed even when it was cut as short as allowed.
         """
         substeps, seconds = substeps or self.settings.substeps, seconds or 1 / self.settings.fps
         posed: dict[float, tuple[PosedBody, StepScene]] = {}
@@ -159,7 +159,7 @@ class DressedBody:
 
         Args:
             frame: The frame before the projection.
-            cleaned: The cloth after the projection; its pinched vertices yield from now on.
+            cleaned: The cloth after the projection. Contact of its pinched vertices is softened from the next step on.
         """
         state, positions = frame.state, cleaned.positions
         moved = positions - state.positions
@@ -173,6 +173,6 @@ class DressedBody:
         velocities = state.velocities - np.where(length < 1e-7, 0.0, inward)[:, None] * direction
         mask = np.zeros(len(positions), bool)
         mask[cleaned.pinched] = True
-        # pins stay where they are bound: moved out and back, they would shake the cloth
+        # pinned vertices stay at their targets: pushed out and pulled back in every frame, they would shake the cloth
         positions = np.where(self.model.fixed[:, None], state.positions, positions)
         return replace(state, positions=positions, velocities=velocities, pinched=mask)

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from hemline.garments.garment import Garment
 
 SETTINGS = ProjectionSettings(margin=0.001, gap=0.0003, release=1e-3)
-"""Settings of the projection. Contact holds the cloth off the body already, so the margin is thin, and no displacement
-outlives its frame."""
+"""Settings of the projection. Contact keeps the cloth off the body already, so the margin is thin, and displacements
+are not carried over to the next frame."""
 
 MAX_PINCHED_MOVE = 0.01
 """A vertex that is inside two parts of the body at once is moved out by this distance at most [m]."""
@@ -33,8 +33,8 @@ class CleanCloth:
 
     Attributes:
         positions: Positions after the projection [m].
-        pinched: Vertices without a free place.
-        inside: Number of vertices inside the body that are not pinched; 0 in frames without a count.
+        pinched: Vertices that cannot leave the body, because parts of it intersect there.
+        inside: Number of vertices inside the body that are not pinched; 0 in frames in which they are not counted.
         deepest_mm: Largest depth inside the body before the projection [mm].
         projector: State of the projection, which the next frame starts from.
     """
@@ -70,13 +70,13 @@ class FrameEnd:
         *,
         projector: ProjectorState | None = None,
     ) -> CleanCloth:
-        """Projects one frame.
+        """Moves the cloth of one frame out of the body.
 
         Args:
             posed: The body at the end of the frame.
             positions: The cloth at the end of the frame [m].
             seconds: Length of the frame [s].
-            contact_history: Faces of the body that held the cloth off in this frame; None if the cloth has no history.
+            contact_history: Faces of the body that kept the cloth off in this frame; None if the cloth has no history.
             projector: State of the projection after the frame before; None for the first frame.
         """
         before = positions.astype(np.float32)
@@ -98,7 +98,7 @@ class FrameEnd:
     def _stuck_between_parts(posed: "PosedBody", before: np.ndarray, after: np.ndarray) -> Int[np.ndarray, " stuck"]:
         """Returns vertices between two intersecting parts of the body, far from any way out.
 
-        Pushed out one by one, neighbouring vertices in a fold would come out at different sides of a limb.
+        Pushed out one by one, neighbouring vertices in a fold would come out on different sides of a limb.
         """
         far = np.flatnonzero(np.linalg.norm(after - before, axis=1) > MAX_PINCHED_MOVE)
         if not len(far):
@@ -108,7 +108,7 @@ class FrameEnd:
 
 
 def projector_arrays(state: ProjectorState) -> dict[str, np.ndarray]:
-    """Returns the state of the projection as arrays, by the names that an end state saves them under."""
+    """Returns the state of the projection as arrays, under the names that an end state stores them by."""
     values = {_PREFIX + field.name: getattr(state, field.name) for field in fields(state)}
     return {
         name: value.astype(np.uint8) if value.dtype == bool else value

@@ -17,7 +17,7 @@ from hemline.sim.settings import SimSettings
 from hemline.sim.solver.layout import Layout, make_layout
 
 COMPRESSION_RATIO = 0.9
-"""Fraction of the compression made harmless by inertia that stays in the Hessian."""
+"""Fraction that stays in the Hessian of the largest compression whose negative stiffness inertia still outweighs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +27,11 @@ class ClothModel:
     Attributes:
         sheet: The cloth.
         settings: Gravity, contact, tolerances.
-        wind: Wind over time and place.
+        wind: Wind as a function of time and place.
         surface: Topology of the body's mesh, or None.
         capsules: Capsules around the bones of the body, or None.
         rest_limb: Limb of the body that each vertex lies on at rest.
-        limb_of_face: Limb that all corners of a triangle lie on; -1 if they differ or one of them is fixed.
+        limb_of_face: Limb that all corners of a triangle lie on; -1 if they lie on several, or if one is fixed.
         hard: Mask of the hard pins among all pins.
         pinned: Vertices of the hard pins, which are moved to their targets.
         soft_pins: Vertices of the soft pins.
@@ -39,9 +39,9 @@ class ClothModel:
         fixed: Mask of the vertices with a hard pin.
         contact_stiffness: Stiffness of each vertex against the body [N/m].
         mean_weight: Mean weight of a vertex [N].
-        cap: Compression of each triangle made harmless by inertia, times h^2 [N m s^2].
-        fabric: Triangles of the sheet, as the membrane's kernels take them.
-        bending: Bending matrix for forces; 0 where hinges replace it.
+        cap: Largest compression of each triangle that stays in the Hessian, times h^2 [N m s^2].
+        fabric: Triangles of the sheet, in the form that the membrane's kernels take.
+        bending: Bending matrix for forces; 0 if hinges replace it.
         hinge_rest: 2 sin(angle / 2) of each hinge at rest.
         hinge_corners: Hinges of each vertex, encoded as 4 hinge + corner.
         layout: The solver's order of vertices.
@@ -96,7 +96,7 @@ def make_model(
     gram = np.einsum("fac,fad->fcd", sheet.shape, sheet.shape)
     bending = BendingMatrix(*sheet.ring, sheet.ring_bending, *sheet.far, sheet.far_bending)
     if len(sheet.hinge_rest):
-        # where the rest shape is not flat, hinges bring the forces; their Hessian stays that of a flat sheet
+        # if the rest shape is not flat, hinges compute the forces; the Hessian remains that of a flat sheet
         nothing = np.zeros_like(sheet.ring_bending), np.zeros_like(sheet.far_bending)
         bending = bending._replace(ring_bending=nothing[0], far_bending=nothing[1])
     return ClothModel(

@@ -1,4 +1,4 @@
-"""One Newton step for steps in time and for the static solve: Hessian, conjugate gradients, line search."""
+"""One Newton step, for time steps and for the static solve: Hessian, conjugate gradients, line search."""
 
 from typing import NamedTuple
 
@@ -29,9 +29,9 @@ def newton_step(potential: Potential, *, fresh: bool, solver_share: float, solve
     for which the energy does not grow.
 
     Args:
-        potential: The potential, evaluated; afterwards it is evaluated at the end of the line search.
-        fresh: Whether to build the coarse level of the preconditioner. Otherwise the last one is used: that of the
-            first Hessian of a step is good enough for the whole step.
+        potential: The potential, already evaluated. Afterwards it is evaluated where the line search ended.
+        fresh: Whether to rebuild the coarse level of the preconditioner. Otherwise the last one is used: the one
+            built from the first Hessian of a step is good enough for the whole step.
         solver_share: Conjugate gradients stop when the preconditioned residual has fallen to this fraction.
         solver_steps: Maximum number of steps of conjugate gradients.
 

@@ -1,4 +1,6 @@
-"""All contact in pairs during one step: self-contact, vertices of the body, second places and capsules."""
+"""All pair contact in one step: the cloth with itself, vertices of the body, second places (the point on the skin that
+a vertex has just left, see `ContactHistory`), and capsules around bones.
+"""
 
 from hemline.sim.cloth.sheet import Positions
 from hemline.sim.contact.body.body_contact import Contact
@@ -18,7 +20,7 @@ class PairContacts:
         contact: Contact of the vertices with the body, or None.
         start: The cloth at the start of the step [m].
         guess: Predicted cloth at the end of the step [m].
-        capsule_pairs: Pairs of capsules and cloth; None if none are near.
+        capsule_pairs: Pairs of capsules and cloth; None if no capsule is near.
 
     Attributes:
         self_contact: Pairs of the cloth with itself, or None.

@@ -29,10 +29,10 @@ class Potential:
 
     $$E(x) = E_{inertia} + E_{membrane} + E_{bending} + E_{air} + E_{contact} + E_{pairs} + \sum_t E_t$$
 
-    Each term is a file of `terms`; no term depends on another. Inertia, air and contact with the body act on each
-    vertex alone. They are arrays, and the kernels of `vertex_kernels` evaluate them together in one pass. The other
+    Each term is a file in `terms`; no term depends on another. Inertia, air and contact with the body act on each
+    vertex alone. They are arrays, and the kernels in `vertex_kernels` evaluate them together in one pass. The other
     terms evaluate themselves; the additional ones, $E_t$, implement `Term`. Kernels that are called in each evaluation
-    get plain tuples: a named one costs half a microsecond more.
+    get plain tuples: a named tuple costs half a microsecond more.
 
     Args:
         model: The sheet.
@@ -46,7 +46,7 @@ class Potential:
     Attributes:
         x: Positions of the last evaluation [m].
         energy: Energy at these positions [J].
-        residual_share: Mean size of the gradient of free vertices there, over the mean weight of a vertex.
+        residual_share: Mean norm of the gradient at free vertices, divided by the mean weight of a vertex.
         pairs: Contact in pairs, or None.
     """
 
@@ -107,7 +107,7 @@ class Potential:
         system, layout = work.system, model.layout
         air = self.air
         if self.terms:
-            # the kernel adds the air's matrix to the diagonal as it is: the other terms' blocks ride along
+            # the kernel adds the air's matrix to the diagonal unchanged, so the blocks of additional terms go there too
             air = air._replace(matrix=air.matrix.copy())
             for term in self.terms:
                 term.add_blocks(self.x, air.matrix)

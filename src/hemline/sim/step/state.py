@@ -19,9 +19,9 @@ class ClothState:
         velocities: Velocities of the vertices [m/s].
         change: Change of the velocities in the last step [m/s], which the next step uses for its prediction.
         load: Force with which the body pressed on each vertex in the last step [N].
-        pinched: Vertices without a free place, because the body intersects itself there.
-        contact_history: Faces of the body that hold each vertex off. None for cloth without history, for example while
-            it is dressed or no time passes; the closest skin then holds it off.
+        pinched: Vertices that cannot leave the body, because parts of it intersect there.
+        contact_history: Faces of the body that keep each vertex off. None for cloth without a history, for example
+            while it is being dressed or in a static solve; the closest skin then keeps it off.
         time: Time since the start [s].
     """
 
@@ -36,7 +36,7 @@ class ClothState:
 
 @dataclass(frozen=True)
 class StepScene:
-    """What drives the cloth at one moment: pins and body.
+    """The boundary conditions of the cloth at one moment: pins and body.
 
     Attributes:
         pinned: Positions of the pinned vertices [m].
@@ -54,7 +54,7 @@ class StepReport:
     """Residual and cost of a step.
 
     Attributes:
-        residual_share: Mean residual force over the mean weight of a vertex.
+        residual_share: Mean residual force, divided by the mean weight of a vertex.
         newton_steps: Number of Newton steps.
         solver_steps: Number of steps of conjugate gradients in all Newton steps.
     """
@@ -65,4 +65,4 @@ class StepReport:
 
 
 class StepRejected(Exception):
-    """A step has an unusable result; it is repeated in halves."""
+    """A step has an unusable result; `Stepper.advance` then repeats it as two steps of half the length."""

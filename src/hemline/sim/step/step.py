@@ -40,7 +40,7 @@ class Step:
         h: Length of the step [s].
         then: Scene at the start of the step.
         now: Scene at the end of the step.
-        known: Closest skin of an earlier step; it speeds the search and does not change its result.
+        known: Closest skin of an earlier step; it speeds up the search and does not change its result.
 
     Attributes:
         contact: Contact of the vertices with the body, or None.
@@ -83,7 +83,7 @@ class Step:
         self.potential.evaluate(guess)
 
     def solve(self) -> StepReport:
-        """Takes Newton steps until the residual is small; contact is updated after each."""
+        """Takes Newton steps until the residual is small, and updates contact after each of them."""
         settings, potential = self.model.settings, self.potential
         taken = solver_steps = 0
         while taken < settings.newton_steps:

@@ -1,4 +1,4 @@
-"""Backward Euler for one sheet on plain arrays."""
+"""Time steps by backward Euler for one sheet of cloth, on plain arrays without garments or bodies."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,7 +27,7 @@ class Stepper:
     Attributes:
         model: Constants of the sheet.
         workspace: Arrays that each step overwrites.
-        known: Closest skin of each vertex in the last step, which speeds the next search; only `step` writes it.
+        known: Closest skin of each vertex in the last step, which speeds up the next search; only `step` writes it.
 
     Args:
         sheet: The cloth.
@@ -44,10 +44,11 @@ class Stepper:
         BadInput: A pin is not a vertex of the sheet, or its stiffness is not positive.
 
     Example:
-        >>> from hemline.sim.cloth.sheet import Elastic, make_sheet
+        >>> import numpy as np
+        >>> from hemline.sim import Elastic, StepScene, Stepper, make_sheet
         >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 1]])
         >>> stepper = Stepper(make_sheet(np.array([[0, 1, 2]]), np.eye(2)[None], Elastic()))
-        >>> state, _ = stepper.advance(stepper.start(corners), 0.1, lambda share: Scene(np.zeros((0, 3))))
+        >>> state, _ = stepper.advance(stepper.start(corners), 0.1, lambda fraction: StepScene(np.zeros((0, 3))))
         >>> state.velocities[:, 1].round(3)
         array([-0.981, -0.981, -0.981])
     """
@@ -93,7 +94,7 @@ class Stepper:
     def advance(
         self, state: ClothState, h: float, scene_at: Callable[[float], StepScene]
     ) -> tuple[ClothState, StepReport]:
-        """Takes one step of length h; a step that fails is repeated in halves.
+        """Takes one step of length h; a step that fails is repeated as two steps of half the length.
 
         Args:
             state: State of the cloth.
@@ -101,7 +102,7 @@ class Stepper:
             scene_at: Returns the scene at a fraction of the step from 0 to 1.
 
         Raises:
-            SimulationFailed: The shortest step failed, too.
+            SimulationFailed: Even the shortest step failed.
         """
         return self._advance(state, h, scene_at, (0.0, 1.0), self.model.settings.halvings)
 
@@ -135,7 +136,7 @@ class Stepper:
         report = step.solve()
         result = step.result()
         if step.contact is not None:
-            # the only thing passed from step to step beside the state: it speeds the next search
+            # the only thing passed from step to step besides the state: it speeds up the next search
             self.known = step.contact.ahead
         return result, report
 

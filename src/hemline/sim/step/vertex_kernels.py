@@ -2,7 +2,7 @@
 
 The energy of each term is in a file of its own (`inertia_kernels`, `air_kernels`, `load_kernels`) and called here. The
 terms share one pass over the vertices for speed, and because their energies are summed vertex by vertex: any other
-order gives other bits.
+order would change the last bits of the result.
 """
 
 from hemline.compiled import kernel, prange
@@ -144,7 +144,7 @@ def write_right_side(gradient, slot, right_out):
 
 @kernel(parallel=True)
 def step_along(x, fraction, solution, slot, out):
-    """Moves along the solution of the solver: out = x + fraction solution.
+    """Moves along the solution of the solver: out = x + fraction * solution.
 
     Reads: solution: a vector of the solver, by slots.
     Writes: out (verts, 3) [m].

@@ -12,7 +12,7 @@ from .model import ClothModel
 
 
 class Workspace:
-    """Arrays that every evaluation of a potential overwrites, and the searches for contact with their room.
+    """Arrays that every evaluation of a potential overwrites, and the searches for contact with their buffers.
 
     One potential at a time may use it. Nothing carries over: the result of a step does not depend on its contents.
 
@@ -21,7 +21,7 @@ class Workspace:
         stretch: Current state of the membrane.
         hinge_gradient: Gradient of each hinge at its four vertices [N].
         hinge_energy: Energy of each hinge [J].
-        bent: Gradient of the hinges at each vertex [N].
+        bent: Gradient of the hinges, summed at each vertex [N].
         elastic: Gradient of membrane and bending [N].
         bending_energy: Energy of the bending matrix, by chunk [J].
         pressed: Gradient of membrane, bending, pairs and additional terms [N].

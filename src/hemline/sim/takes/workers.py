@@ -12,14 +12,14 @@ from .processes import ThisProcess, processes
 
 @contextmanager
 def workers(jobs: int = 1, scheduler: str | None = None) -> Iterator[Workers]:
-    """Yields this process, child processes, or the workers of a dask scheduler; results do not depend on the choice.
+    """Yields what runs the calls: this process, child processes, or dask workers. Results do not depend on it.
 
     Args:
         jobs: Number of processes of this machine; 1 is this process.
         scheduler: Address of a dask scheduler whose workers make the calls instead, such as `tcp://host:8786`.
 
     Raises:
-        BadInput: Both are given.
+        BadInput: Both `jobs` and `scheduler` are given.
         BadCluster: No scheduler answers, or its workers cannot run this hemline.
         MissingExtra: dask.distributed is not installed.
     """

@@ -22,7 +22,7 @@ async function request(path, body) {
   try {
     reply = await fetch(`.${path}`, sent);
   } catch {
-    throw new Error("The page is not reached; tell the person who runs the study, then try replayAll.");
+    throw new Error("The page is not reached; tell the person who runs the study, then try again.");
   }
   const content = await reply.json();
   if (!reply.ok) throw new Error(content.error);

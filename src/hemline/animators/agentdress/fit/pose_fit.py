@@ -51,7 +51,7 @@ class PoseModelFit:
         regions: Float[np.ndarray, "verts regions"],
         config: AgentDressConfig,
     ) -> Self:
-        """Fits the regression with the width and ridge of least leave-one-out error.
+        """Fits the regression with the width and ridge weight that minimise the leave-one-out error.
 
         Args:
             anchors: The training data.

@@ -99,7 +99,12 @@ def skin_points(
 def rigid_derivatives(
     posed: PosedBody, vertices: Float[np.ndarray, "verts 3"]
 ) -> Float[np.ndarray, "joints 3 verts 3"]:
-    r"""Returns $\omega_a \times (x - x_j)$, the derivatives of points that follow a joint rigidly [m/rad]."""
+    r"""Returns derivatives of points that follow a joint $j$ rigidly, by its rotation about each of its axes [m/rad].
+
+    $$\omega_a \times (x - x_j)$$
+
+    $\omega_a$ is axis $a$ of the joint in the world, $x_j$ its position, and $x$ a vertex.
+    """
     axes = np.einsum(
         "jik,jlk->jil",
         posed.transforms[:, :, :3].astype(np.float64),

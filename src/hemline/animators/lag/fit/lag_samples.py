@@ -44,5 +44,5 @@ class GarmentSamples:
 
 
 def garment_samples(frames: SplitFrames, split: str) -> list[GarmentSamples]:
-    """Returns the samples of one split, by garment and body."""
+    """Returns the samples of one split (train, val or test), one entry per garment and body."""
     return [GarmentSamples(*each) for each in frames.part(split)]

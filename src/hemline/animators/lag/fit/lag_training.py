@@ -82,7 +82,7 @@ class TorchCells:
 
     @classmethod
     def of(cls, cells: Cells) -> "TorchCells":
-        """Converts the cells of a garment."""
+        """Converts the cells of a garment from NumPy to torch."""
         arrays = (torch.from_numpy(each) for each in (cells.cell, cells.near, cells.shares))
         return cls(cells.count, *arrays)
 

@@ -39,7 +39,7 @@ def spin_between(before, now, key, spin_out):
 def write_body_inputs(joints, key, input_joints, before, then, now, dt_before, dt, inputs_out):
     """Computes the inputs of the learned bones from the body.
 
-    Reads: joints (joints, 3) at rest [m]; key: index of the key joint; input_joints (n,): joints that count; before,
+    Reads: joints (joints, 3) at rest [m]; key: index of the key joint; input_joints (n,): `INPUT_JOINTS`; before,
         then, now (joints, 3, 4): three poses; dt_before, dt: the times between them [s].
     Writes: inputs_out (15 + 6 n,), in the order of `body_inputs`.
     """

@@ -1,4 +1,4 @@
-"""The body's motion around a garment's key joint, in numbers independent of where in the world it stands and faces."""
+"""The body's motion around a garment's key joint, in numbers independent of where it stands and which way it faces."""
 
 from dataclasses import dataclass
 
@@ -9,8 +9,8 @@ from hemline.motions import JOINT_NAMES
 
 _OMITTED_JOINTS = ("left_foot", "right_foot", "neck", "head", "left_hand", "right_hand")
 INPUT_JOINTS = np.array([k for k, name in enumerate(JOINT_NAMES) if name not in _OMITTED_JOINTS])
-"""Joints whose motion is an input. The ends of limbs are omitted: they say little about cloth, and a few dancers' hands
-and feet do not generalise."""
+"""Joints whose motion is an input. Hands, feet, neck and head are omitted: they say little about the cloth, and how a
+few dancers move them does not generalise."""
 BODY_INPUT_COUNT = 15 + 6 * len(INPUT_JOINTS)
 """Number of inputs that `body_inputs` returns."""
 REST_INPUTS = np.zeros(BODY_INPUT_COUNT, np.float32)

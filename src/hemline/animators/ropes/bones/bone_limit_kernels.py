@@ -9,13 +9,14 @@ from hemline.compiled import kernel
 def limit_bones(parents, lengths, pairs, spans, ropes_stretch, pairs_stretch, sweeps, positions_out):
     """Brings bones together that are farther apart than the cloth allows.
 
-    Neighbours come together in equal parts, kinematic ones stay; then each rope pulls the node below it.
+    In each sweep, neighbours across the cloth share the move equally, except kinematic ones, which stay. Then each bone
+    that is too far from the one above it is pulled towards that one.
 
     Reads: parents (nodes,), -1 for kinematic nodes; lengths (nodes,) of the ropes above [m]; pairs (pairs, 2):
         neighbours across the cloth; spans (pairs,): the longest distance that the cloth allows [m]; ropes_stretch,
-        pairs_stretch: the largest ratios of distance to length or span [1]; sweeps: their number.
+        pairs_stretch: the largest ratios of distance to length or span [1]; sweeps: number of sweeps.
     Writes: positions_out (nodes, 3): changed [m].
-    Returns: the largest excess of a rope or pair before, relative to its length [1].
+    Returns: the largest excess of a rope or pair before the limiting, relative to its largest length [1].
     """
     worst = 0.0
     for sweep in range(sweeps):

@@ -25,21 +25,23 @@ from .learned_bones import BonesStep, LearnedBones, LearnedBonesState
 GRAVITY = RopeConstants().gravity
 """The gravity that learned bones were trained with [m/s^2]."""
 TAKEOVER_START, TAKEOVER_END = 0.1, 0.3
-"""Distance of the body from the range of the training, as a fraction of that range, at which ropes begin to take over,
-and at which they have taken over."""
+"""Distances from the range of the training at which ropes begin to take over, and at which they have taken over.
+
+Both are fractions of that range, and apply to inputs and outputs of the learned bones (`BonesStep.beyond`)."""
 ROPES_STRETCH, PAIRS_STRETCH = 1.1, 1.02
-"""Largest distance of simulated bones: along a rope relative to its length, and across relative to the longest that the
-cloth allows."""
+"""Largest distances of bones in simulated cloth. `ROPES_STRETCH` is relative to the length of a rope. `PAIRS_STRETCH`
+is relative to the longest distance that the cloth between two chains allows."""
 LIMIT_SWEEPS = 4
+"""Number of sweeps over all pairs and ropes in which `limit_bones` brings bones together."""
 SECONDS_TO_ROPES, SECONDS_TO_LEARNED = 0.5, 2.0
 """Shortest duration of a change to ropes, and of one back to learned bones [s]."""
 SECONDS_TO_FOLLOW = 0.1
-"""Time constant with which learned bones are drawn to ropes that have taken over [s]."""
+"""Time constant with which learned bones are drawn to the ropes while those take over [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class BonesState:
-    """State of both sources. While learned bones play alone the ropes rest; while ropes play, learned bones follow."""
+    """State of both sources. Ropes are not stepped while learned bones play alone; learned bones follow the ropes."""
 
     ropes: RopesState
     learned: LearnedBonesState | None
@@ -63,7 +65,7 @@ class BoneSource:
 
     ropes: Ropes
     correction: Mlp
-    """Correction of the ropes' bones, see `correction.train_correction`."""
+    """Network that corrects the ropes' bones, see `fit.correction.train_correction`."""
     learned: LearnedBones | None
 
     @cached_property
@@ -151,7 +153,7 @@ class BoneSource:
         return moved if self._limit(positions) == 0 else (positions - rest).astype(np.float32).reshape(-1)
 
     def _limit(self, positions: Nodes) -> float:
-        """Brings all bones together by `limit_bones`, in place, and returns the largest excess before."""
+        """Brings bones together by `limit_bones`, in place; returns the largest excess found before that."""
         chains = self.ropes.chains
         spans = chains.pair_spans[:, 1]
         return limit_bones(
@@ -167,7 +169,7 @@ class BoneSource:
         return now + float(np.clip(wanted - now, -dt / SECONDS_TO_LEARNED, dt / SECONDS_TO_ROPES))
 
     def _start_ropes(self, made: BonesStep, posed: PosedBody, before: LearnedBonesState, dt: float) -> RopesState:
-        """Starts ropes where the learned bones are, with the velocities of those."""
+        """Starts ropes where the learned bones are, with the velocities of the learned bones."""
         state, kinematic = self.ropes.start(posed), self.ropes.kinematic
         positions, velocities = state.positions.copy(), np.zeros_like(state.positions)
         positions[self._free], velocities[self._free] = made.positions, made.velocities
@@ -184,10 +186,10 @@ class BoneSource:
         )
 
     def _follow_ropes(self, made: BonesStep, ropes: RopesState, weight: float, dt: float) -> LearnedBonesState:
-        """Draws the learned bones to the ropes, faster with a larger weight of those, and wholly at 1.
+        """Draws the learned bones to the ropes: the larger the weight of the ropes, the faster, and all the way at 1.
 
-        Left alone, the learned bones would go astray outside of their training, and the change back would show a mean
-        of two garments.
+        Left alone, the learned bones would drift off outside the range of their training, and the change back would
+        show a blend of two very different shapes.
         """
         assert self.learned is not None
         now, speed = ropes.positions[self._free], ropes.velocities[self._free]

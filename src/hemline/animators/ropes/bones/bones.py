@@ -11,8 +11,8 @@ from .chains import Ropes
 def bones_of_mesh(ropes: Ropes, vertices: Vertices, posed: PosedBody) -> Nodes:
     """Returns the positions of all bones of a garment whose vertices are given [m], float64.
 
-    Bones that the body carries are taken from the body, as in playing, so that the networks learn and play with the
-    same inputs.
+    Bones that the body carries are taken from the body, as during playback, so that the networks see the same inputs
+    in training and in playback.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 7 (bones "barycentrically enslaved" to the simulation).

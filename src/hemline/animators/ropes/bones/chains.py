@@ -42,12 +42,15 @@ CHAIN_ARRAYS = (
 CARRIAGE_ARRAYS = ("rest", "weights", "nearest", "nearest_rest")
 _TELEPORT_SPEED = 30.0
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 10.0
-"""Shortest and longest duration of a step. A longer one would take seconds, in code that cannot be interrupted [s]."""
+"""Shortest and longest duration of a step [s]. A longer one would take seconds that cannot be interrupted."""
 
 
 @dataclass(frozen=True, eq=False)
 class Ropes:
-    """The bones of a garment: the unattached kinematic ones first, then chain by chain from root to tip."""
+    """The bones of a garment: first kinematic ones that are on no chain, then chain by chain from root to tip.
+
+    Kinematic bones are carried by the body.
+    """
 
     chains: RopeChains
     """The mechanical system; the first node of each chain is kinematic, too."""
@@ -93,7 +96,7 @@ class Ropes:
 
     @property
     def kinematic(self) -> Int[np.ndarray, " kin"]:
-        """Bones that the body carries: unattached ones, then the chains' roots."""
+        """Bones that the body carries: those that are on no chain, then the chains' roots."""
         return self.chains.kinematic
 
     @cached_property
@@ -120,7 +123,7 @@ class Ropes:
         return self.carriage.positions_in(transforms, self.carriage.rest_on(shaped))
 
     def excess(self, state: RopesState) -> Float[np.ndarray, " nodes"]:
-        """Returns the excess length of each rope over its length; 0 unless collisions stretched it [1]."""
+        """Returns the stretch of each rope beyond its length, as a ratio; 0 unless collisions stretched it [1]."""
         return self.chains.excess(state.positions)
 
     def start(self, posed: "PosedBody") -> RopesState:
@@ -207,7 +210,7 @@ class Ropes:
         )
 
     def kinematic_motion(self, state: RopesState, frames: Transforms, dt: float) -> Float[np.ndarray, "4 kin 3"]:
-        """Returns the motion of the kinematic bones over a step, as `RopeChains.advance` takes it.
+        """Returns positions of the kinematic bones at both ends of a step [m], then velocities at both ends [m/s].
 
         Args:
             state: The state before.
@@ -228,7 +231,7 @@ class Ropes:
         return motion
 
     def is_teleport(self, old: Transforms, new: Transforms, pivots: Joints, dt: float) -> bool:
-        """Returns whether the key joint moved farther between two poses than a body can: a teleport.
+        """Returns whether the key joint moved farther between two poses than a body can move: a teleport.
 
         Args:
             old: Skin transforms before.
@@ -262,7 +265,7 @@ class Ropes:
         return arrays | {"rest": self.rest, "betas": self.betas} | self.proxy.arrays()
 
     def metadata(self) -> dict[str, Any]:
-        """Returns the entries that are not arrays, as JSON-like values."""
+        """Returns the entries of a model file that are not arrays, as JSON-like values."""
         return {
             "constants": self.constants.as_dict(),
             "key_joint": self.key_joint,

@@ -18,7 +18,7 @@ class NodeEmbedding:
     corners: Int[np.ndarray, "nodes 3"]
     """Vertices of each node's triangle, int32."""
     barycentric: Float[np.ndarray, "nodes 3"]
-    """Barycentric weights of the corners, float64, sum 1."""
+    """Barycentric weights of the corners, float64; they sum to 1."""
 
     @classmethod
     def at_vertices(cls, vertices: Int[np.ndarray, " nodes"]) -> "NodeEmbedding":
@@ -43,7 +43,7 @@ class Carriage:
     weights: Float[np.ndarray, "kin joints"]
     """Skin weights of the points, dense, float64."""
     nearest: Int[np.ndarray, " kin"]
-    """The body vertices whose weights the points have, int32."""
+    """Index of the body vertex whose skin weights each point takes, int32."""
     nearest_rest: Float[np.ndarray, "kin 3"]
     """The nearest body vertices at rest, on the shape that the garment was made on [m]."""
 

@@ -24,7 +24,7 @@ MAX_STEPS_PER_FRAME = 16
 STEP_TOLERANCE = 1e-6
 """A frame that ends this near to a full step ends with it, as a fraction of the step."""
 NARROWEST_RANGE = 0.02
-"""Smallest width of the range of an input, for one that hardly moved in the training."""
+"""Smallest width of the range of an input, for inputs that hardly varied in the training."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class LearnedBonesState:
 
 @dataclass(frozen=True, eq=False)
 class BonesStep:
-    """The result of a frame."""
+    """The result of stepping learned bones by one frame."""
 
     state: LearnedBonesState
     positions: Float[np.ndarray, "free 3"]
@@ -189,7 +189,7 @@ class LearnedBones:
         return {"modes": self.modes, "low": self.low, "high": self.high} | self.network.arrays()
 
     def metadata(self) -> dict[str, float]:
-        """Returns the entries that are not arrays, as JSON-like values."""
+        """Returns the entries of a model file that are not arrays, as JSON-like values."""
         return {"seconds": self.seconds, "clearance": self.clearance}
 
     @classmethod
@@ -199,7 +199,7 @@ class LearnedBones:
         Args:
             arrays: The result of `arrays`.
             metadata: The result of `metadata`.
-            rows: Coordinates of all free bones.
+            rows: Number of coordinates of all free bones, three each.
 
         Raises:
             BadModel: An entry is missing or of another type or shape, or a range or a time is invalid.

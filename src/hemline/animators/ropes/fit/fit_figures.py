@@ -43,13 +43,13 @@ def fit_figures(frames: KeyFrames, first: BasisNetwork, second: BasisNetwork, li
 def figures_of_bones(
     frames: KeyFrames, mesh_networks: MeshNetworks, name: str, bones: Float[np.ndarray, "held_out ins"]
 ) -> dict[str, float]:
-    """Returns mean distances to the ground truth on the held-out sides, driven by given bones [mm].
+    """Returns the mean error of the networks, driven by given bones, on the validation and test split [mm].
 
     Args:
-        frames: The frames.
+        frames: The frames of the takes.
         mesh_networks: Both networks from bones to mesh.
         name: Part of the names of the figures: `val_<name>_error_mm`.
-        bones: Displacements of all bones in the frames of the held-out sides, in their order [m].
+        bones: Displacements of all bones in the frames of the validation and test split, in order [m].
     """
     held_out = np.flatnonzero(frames.side > 0)
     figures = {}

@@ -91,7 +91,7 @@ class CoefficientObjective:
         return self._both_terms(chosen[mine], self.network(torch.from_numpy(bones[mine])), random)
 
     def validation_loss(self, random: np.random.Generator) -> torch.Tensor:
-        """Returns the sum of both terms on held-out frames, without noise."""
+        """Returns the loss, data term plus collision term, on held-out frames without noise."""
         frames = self.training.val if len(self.training.val) else self.training.train
         return self._both_terms(frames, self.network(torch.from_numpy(self.training.bones[frames])), random)
 

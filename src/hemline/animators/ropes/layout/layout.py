@@ -35,7 +35,7 @@ _CLEARANCE_SLACK = 0.002
 
 
 class _Plan(NamedTuple):
-    """Places and lengths of the bones: unattached ones first, then chain by chain."""
+    """Places and lengths of the bones: first those on no chain, which the body carries, then chain by chain."""
 
     embedding: NodeEmbedding
     offsets: Int[np.ndarray, " chains_and_one"]
@@ -62,14 +62,15 @@ def build_ropes(
         shaped: The body that `rest` was settled on, in the shape that the garment was made on.
         rest: The settled drape in the body's rest pose; the garment's own start positions unless given [m].
         chain_count: Number of chains.
-        bone_counts: Fewest and most bones of a chain, root included; longer chains get more.
+        bone_counts: Usual numbers of bones of a chain, root included. No chain has fewer than the first number; a
+            chain of average length has the mean of both, and a long one may have more than the second.
         strain_p99: 99th percentile of the stretch of the cloth; ropes are longer by this ratio [1].
         constants: Constants of the chains.
-        frames: Simulated frames in the frame of the key joint, whose skinning decomposition gives the places of the
-            bones [m]. Unless given, bones lie along geodesic lines at even distances.
+        frames: Simulated vertices, frame by frame, relative to the key joint [m]. Their skinning decomposition gives
+            the places of the bones. None: bones lie along geodesic lines at even distances.
 
     Raises:
-        BadInput: The decomposition has more bones than the garment has vertices for.
+        BadInput: The garment has too few vertices for the bones of the decomposition.
         BadGarment: The pinned rim has no length; a chain names a vertex that does not exist, or fewer than two; chains
             cross or end above where they begin; or the counts are invalid.
 
@@ -154,7 +155,10 @@ def _by_hand(garment: "Garment") -> _Plan:
 def _check_crossing(
     garment: "Garment", offsets: Int[np.ndarray, " chains_and_one"], distances: Float[np.ndarray, "nodes nodes"]
 ) -> None:
-    """Refuses chains that cross: of four points of a sheet, the lines that cross are longer than both other pairs."""
+    """Refuses chains that cross.
+
+    Of the three ways to join four points of a sheet in two pairs, the one whose lines cross is the longest in total.
+    """
     ends = np.setdiff1d(np.arange(1, offsets[-1]), offsets)
     chain = np.searchsorted(offsets, ends, side="right")
     one, two = (index.ravel() for index in np.meshgrid(ends, ends, indexing="ij"))
@@ -188,7 +192,7 @@ def _cloth_distances(garment: "Garment", vertices: Int[np.ndarray, " nodes"]) ->
 
 
 def _goes_round(distances: Float[np.ndarray, "chains chains"]) -> bool:
-    """Returns whether the last root is about as near to the first one as other neighbours: a skirt, not a cape."""
+    """Returns whether chains go all around, as on a skirt: the last root is as near to the first as neighbours."""
     return bool(distances[-1, 0] <= 1.5 * np.diagonal(distances, 1).max(initial=0.0))
 
 

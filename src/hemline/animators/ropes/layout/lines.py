@@ -13,7 +13,7 @@ from .unroll import Place, UnrolledGarment
 _SSDR_VERTICES = 2500
 """Number of vertices that a skinning decomposition uses."""
 _SMALLEST_SPACING = 0.5
-"""Bones of a line that are nearer than this fraction of the mean distance become one."""
+"""Bones of a line that are nearer to each other than this fraction of the even spacing are merged."""
 
 
 class ChainLines(NamedTuple):
@@ -24,7 +24,7 @@ class ChainLines(NamedTuple):
     between: Float[np.ndarray, " unattached"]
     """Fractions of the rim between the lines, where unattached bones lie."""
     depths: tuple[Float[np.ndarray, " bones"], ...]
-    """Distances of the bones of each line from the rim, the root's 0 first [m]."""
+    """Distances of the bones of each line from the rim, starting with 0 for the root [m]."""
 
     @property
     def places(self) -> list[Place]:
@@ -68,12 +68,12 @@ def ssdr_lines(
     Args:
         unrolled: The garment, unrolled.
         rest: The settled drape [m].
-        frames: Simulated frames, the motion of the key joint taken off [m].
+        frames: Simulated vertices, frame by frame, relative to the key joint [m].
         chain_count: Number of lines.
-        bone_counts: Fewest and most bones of a line; on average the lines get about the mean of both.
+        bone_counts: Usual numbers of bones of a line; on average the lines get about the mean of both.
 
     Raises:
-        BadInput: More bones than the garment has vertices for.
+        BadInput: The garment has too few vertices for that many bones.
         BadGarment: No cloth hangs from a part of the rim.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
@@ -98,7 +98,7 @@ def ssdr_lines(
 
 
 def _between(fractions: Float[np.ndarray, " chains"], rim: PinnedRim) -> Float[np.ndarray, " unattached"]:
-    """Returns the middles between neighbours on the rim, and its two ends where it is open."""
+    """Returns the fractions midway between neighbouring lines, and those of the two ends of an open rim."""
     if rim.closed:
         return (fractions + (np.roll(fractions, -1) - fractions) % 1 / 2 if len(fractions) > 1 else fractions + 0.5) % 1
     return np.concatenate([[0.0], (fractions[:-1] + fractions[1:]) / 2, [1.0]])

@@ -1,4 +1,4 @@
-"""The rim that a garment hangs from as a line, and the point of it where the shortest path from each vertex ends."""
+"""The rim that a garment hangs from, as a line, and the point of that line which is nearest to each vertex."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -20,11 +20,11 @@ class PinnedRim:
     vertices: Int[np.ndarray, " rim"]
     """Garment vertex ids."""
     fractions: Float[np.ndarray, " rim"]
-    """Arc length up to each vertex, as a fraction of the length."""
+    """Arc length up to each vertex, as a fraction of the rim's length."""
     length: float
     """Length of the rim [m]."""
     closed: bool
-    """Whether the rim returns to its beginning."""
+    """Whether the rim is a loop, as on a skirt."""
 
     @property
     def widest_gap(self) -> float:
@@ -46,7 +46,7 @@ class PinnedRim:
     def difference(
         self, places: Float[np.ndarray, "*some"], fraction: float | Float[np.ndarray, "*some"]
     ) -> Float[np.ndarray, "*some"]:
-        """Returns the signed distance of places from `fraction` along the rim, the shorter one where it is closed."""
+        """Returns the signed distance of places from `fraction` along the rim; the shorter way around a closed one."""
         difference = places - fraction
         return (difference + 0.5) % 1 - 0.5 if self.closed else difference
 
@@ -60,7 +60,9 @@ def suspension_vertices(garment: "Garment") -> Int[np.ndarray, " pinned"]:
 
 
 def rim_of(garment: "Garment") -> PinnedRim:
-    """Returns the pinned vertices with a free neighbour, in order along the mesh, or else around the vertical.
+    """Returns the pinned vertices with a free neighbour, in order along the mesh.
+
+    If their edges do not form a single line, they are ordered by their angle around the vertical axis instead.
 
     Raises:
         BadGarment: There are fewer than two such vertices, or all are in one place.
@@ -90,10 +92,11 @@ def rim_of(garment: "Garment") -> PinnedRim:
 def rim_coordinates(
     garment: "Garment", rim: PinnedRim, distance: Float[np.ndarray, " verts"]
 ) -> Float[np.ndarray, " verts"]:
-    """Returns the fraction of the rim where the shortest path to each vertex starts, from triangle to triangle outward.
+    """Returns the fraction of the rim where the shortest path to each vertex starts.
 
-    Vertices are processed in the order of their distance. Each one looks back through the opposite edge of the triangle
-    whose straight front gives the smallest distance, and interpolates between that edge's ends at the crossing point.
+    Vertices are processed in the order of their distance from the rim. The shortest path to a vertex arrives through
+    one of its triangles, across the edge opposite the vertex. The fraction is interpolated between the ends of that
+    edge, at the point where the path crosses it.
     """
     angle = (2 * np.pi if rim.closed else np.pi) * rim.fractions
     turn = np.zeros(len(distance), np.complex128)
@@ -125,7 +128,10 @@ def rim_coordinates(
 
 
 def _fronts(flat: np.ndarray, one: np.ndarray, two: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the distance at the first corner by a straight front over the opposite edge, and its origin there."""
+    """Extends distances `one` and `two` at the ends of an edge to the corner opposite, as for a straight wave front.
+
+    Returns the distance at the first corner, and where the path crosses the edge, as a fraction of the edge.
+    """
     base = flat[:, 2] - flat[:, 1]
     edge = np.maximum(np.linalg.norm(base, axis=1), 1e-12)
     along = ((flat[:, 0] - flat[:, 1]) * base).sum(1) / edge
@@ -172,7 +178,7 @@ def _trace_border(border: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray | N
 
 
 def _order_around_vertical(garment: "Garment", border: np.ndarray) -> tuple[np.ndarray, bool]:
-    """Orders the border around the vertical through its middle; it is open if one gap is far wider than the others."""
+    """Orders the border by angle around the vertical axis; it is open if one gap is far wider than the others."""
     points = np.asarray(garment.vertices, np.float64)[border]
     if len(border) < 2:
         return border, False

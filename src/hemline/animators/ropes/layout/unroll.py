@@ -20,7 +20,7 @@ Place = tuple[float, float]
 _HEM_FRACTION = 0.985
 """The last bone lies at this fraction of the distance to the hem, safely on the cloth."""
 _PIECES_ACROSS = 6
-"""Number of pieces in which the cloth between two chains is measured."""
+"""Number of pieces into which a line between two chains is divided to measure its length."""
 
 
 class UnrolledGarment:
@@ -84,7 +84,10 @@ class UnrolledGarment:
         return NodeEmbedding(corners, np.array([weight for _, weight in points], np.float64))
 
     def lengths_across(self, places: list[Place], pairs: Int[np.ndarray, "pairs 2"]) -> Float[np.ndarray, " pairs"]:
-        """Returns the length of the cloth between places, straight in these coordinates, on the unsettled mesh [m]."""
+        """Returns the length of cloth between the two places of each pair, on the mesh before it settles [m].
+
+        It is measured along the line that is straight in rim fraction and distance from the rim.
+        """
         fraction, depth = np.array(places).T
         part = np.linspace(0, 1, _PIECES_ACROSS + 1)
         steps = self.rim.difference(fraction[pairs[:, 1]], fraction[pairs[:, 0]])

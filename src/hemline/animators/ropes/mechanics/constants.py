@@ -99,12 +99,12 @@ class RopeConstants:
         return np.array([*self.gravity, *self.wind, *(getattr(self, name) for name in _FORCES)])
 
     def step_settings(self) -> StepSettings:
-        """Returns the constants of forces and solvers as kernels take them."""
+        """Returns the constants of forces and solvers in the form that kernels take."""
         project = POSITION_UPDATE.index(self.position_update) > 0
         return StepSettings(self.numbers(), self.tension_sweeps, self.impulse_sweeps, project)
 
     def contact_settings(self) -> ContactSettings:
-        """Returns the constants of the contact as kernels take them."""
+        """Returns the constants of contact in the form that kernels take."""
         pushes = (float(PUSH_OUT.index(name)) for name in (self.position_push, self.velocity_push))
         return ContactSettings(float(self.friction), *pushes)
 

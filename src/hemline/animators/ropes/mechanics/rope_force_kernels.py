@@ -182,7 +182,7 @@ def spring_accelerations(chains: Chains, numbers, h, chain_rotations, push, tens
 
 @kernel
 def add_air(chains: Chains, numbers, h, positions, velocities, accelerations_out):
-    """Adds the air on cloth that faces it.
+    """Adds drag and lift of cloth that faces the air, which the simulator has too (`air_kernels.air_by_triangle`).
 
     With u = wind - v and n the cloth's normal: a = |u.n| (drag - lift |u.n| / |u|) u + lift |u| (u.n) n, with each rate
     r bounded as r / (1 + r h / 2).
@@ -263,9 +263,10 @@ def add_smoothing(chains: Chains, numbers, h, velocities, accelerations_out):
 
 @kernel
 def external_accelerations(chains: Chains, numbers, h, springs, positions, velocities, accelerations_out):
-    """Computes all external accelerations: springs, wind drag, air, and damping.
+    """Computes all external accelerations: springs, drag, damping, and drag and lift of cloth that faces the air.
 
-    Damping is relative to the node above, stronger below the root, and to the nodes around.
+    Drag takes a node towards the velocity of the wind, whichever way the cloth faces. Damping takes it towards the
+    velocity of the node above, faster near the root, and of the nodes around. `add_air` handles the cloth's facing.
 
     Reads: chains; numbers; h; springs (nodes, 3) of `spring_accelerations` [m/s^2]; positions (nodes, 3) [m];
         velocities (nodes, 3) [m/s].

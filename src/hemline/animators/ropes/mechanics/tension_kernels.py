@@ -15,7 +15,8 @@ from .kernel_inputs import RopeGeometry
 def solve_active(diagonal, beside, wanted, active, values_out, upper_work):
     """Solves the rows of the active ropes as equations, by elimination.
 
-    Reads: diagonal, beside, wanted (m + 1,): rows 1 to m of the system; active (m + 1,).
+    Reads: diagonal, beside (m + 1,): the matrix; wanted (m + 1,): the right-hand side; active (m + 1,): ropes to solve
+        for. Entry 0 of each belongs to the root and is not used.
     Writes: values_out (m + 1,): 0 where not active; upper_work (m + 1,).
     """
     previous = 0.0

@@ -51,7 +51,7 @@ def mirror_frames(batch: FrameBatch) -> FrameBatch:
 
 
 def vertex_mirror() -> tuple[np.ndarray, np.ndarray]:
-    """Returns order and signs of mirrored `graph_inputs.vertex_inputs`: mirrored = features[..., order] * signs."""
+    """Returns the order and signs that mirror `graph_inputs.vertex_inputs`: mirrored = features[..., order] * signs."""
     mirrors = dynamic_mirror(), static_mirror()
     # numbering the features shows where each column of the inputs comes from
     numbers = np.arange(1.0, DYNAMIC_COUNT + 1), np.arange(DYNAMIC_COUNT + 1.0, DYNAMIC_COUNT + STATIC_COUNT + 1)

@@ -33,7 +33,7 @@ class Contact(ABC):
         guess: Predicted cloth at the end of the step, without contact [m].
         fixed: Vertices without contact.
         stiffness: Contact stiffness of each vertex [N/m].
-        known: Closest points of an earlier step; they speed the search and do not change its result.
+        known: Closest points of an earlier step; they speed up the search and do not change its result.
 
     Attributes:
         closest_at_start: Closest skin of each vertex at the start of the step.
@@ -108,7 +108,7 @@ class ClosestContact(Contact):
     inside the body: the nearest surface may then be the far side of a hand or a foot.
 
     Args:
-        surface, then, now, start, guess, fixed, stiffness, known: See `CollisionTerm`.
+        surface, then, now, start, guess, fixed, stiffness, known: See `Contact`.
     """
 
     def __init__(

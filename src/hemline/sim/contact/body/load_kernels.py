@@ -1,4 +1,4 @@
-"""Energy of contact and friction over depth and over slip, with derivatives, for one vertex or one pair."""
+"""Energy of contact as a function of depth, and of friction as a function of slip, for one vertex or one pair."""
 
 from typing import NamedTuple
 
@@ -16,9 +16,9 @@ class SkinContact(NamedTuple):
     Attributes:
         normal, point, carried, stiffness: The plane under each vertex, see `Planes`. They are separate fields because
             tuples within tuples cost kernels microseconds to unpack.
-        limit: Friction that each vertex can bear, from its load at the start of the step [N].
+        limit: Largest friction force on each vertex, from its load at the start of the step [N].
         thickness: Distance that cloth keeps from the body [m].
-        depth: Penetration from which on the load is constant [m].
+        depth: Penetration beyond which the load is constant [m].
         creep: Slip below which friction is smoothed [m].
     """
 
@@ -54,7 +54,7 @@ def contact_terms(gap, stiffness, depth):
 
 @kernel(inline="always")
 def slip_terms(slip, creep):
-    """Returns Coulomb's smoothed potential at a slip, and its derivative over the slip (Li et al. 2020, Eq. 14)."""
+    """Returns the smoothed Coulomb potential at a slip u, and its derivative divided by u (Li et al. 2020, Eq. 14)."""
     if slip < creep:
         ratio = slip / creep
         return creep * (ratio * ratio * (1.0 - ratio / 3.0) + 1.0 / 3.0), (2.0 - ratio) / creep

@@ -209,8 +209,8 @@ def contact_planes(start, closest: SkinPoints, vertices_then, now: SkinMesh, sti
     """Computes the plane of the body under each vertex at the end of the step, and where the body carries the vertex.
 
     Reads: start (verts, 3): the cloth at the start; vertices_then: the body at the start; stiffness (verts,) [N/m].
-    Writes: out: unit normal (interpolated), point on the body, start + motion of that point, stiffness; all 0 without
-        contact.
+    Writes: out: interpolated unit normal, point on the body, where that point carries the vertex, and stiffness; all 0
+        without contact.
     """
     _, face, weights = closest
     vertices_now, normals_now, faces, _, _ = now

@@ -1,1 +1,1 @@
-"""Contact with a memory of the skin that held each vertex off."""
+"""Contact that remembers which part of the skin kept each cloth vertex outside the body."""

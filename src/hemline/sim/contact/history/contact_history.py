@@ -1,10 +1,10 @@
-"""Memory of the places on the body that hold each cloth vertex off, kept from step to step.
+"""Memory of the places (points on the skin) that keep each cloth vertex outside the body, kept from step to step.
 
 The closest place alone is a poor guide where two parts of the body meet, in the hollow of the knee or under an arm, or
-where one part sweeps through another: it may lie across flesh, and cloth that follows it ends on the wrong side. So a
-vertex keeps the place that it came from, which slides over the skin with it. Another place may take over if it lies in
-front of the vertex, or if it leads back to the limb that the vertex lies on at rest. The place that was left becomes
-the second one and holds the vertex off too, until it is far away.
+where one part sweeps through another: it may lie on the far side of a limb, and cloth that
+follows it ends up on the wrong side. So a vertex keeps the place that it came from, which slides over the skin with it.
+Another place may take over if it lies in front of the vertex, or if it leads back to the limb that the vertex lies on
+at rest. The old place then becomes the second one and also keeps the vertex off, until it is far away.
 
 Source: Baraff, Witkin, Kass, "Untangling cloth", 2003. Differs: they let pinched cloth follow the nearer part of the
 body; here it is held between both.
@@ -24,17 +24,18 @@ HistoryFaces = Int[np.ndarray, "verts 2"]
 """Faces of the body at the first and the second place of each vertex, -1 for none."""
 
 MAX_DEPTH = 0.005
-"""A vertex that lies this far behind a place did not get there by itself [m]."""
+"""A closest place that a vertex would lie deeper behind than this is refused: contact does not let cloth sink that far
+[m]."""
 
 FORGET_HEIGHT = 0.015
-"""Height over a second place from which on that place is forgotten [m]."""
+"""Height over a second place above which that place is forgotten [m]."""
 
 MAX_SKEW = 2.0
 """A second place is also forgotten if its distance exceeds the height times this factor plus `MAX_DEPTH`, because it
 then lies beside the vertex."""
 
 YIELD_DEPTH = 0.002
-"""Cloth that is pressed this far into its own limb yields to that limb and not to another one [m]."""
+"""If a vertex lies deeper in its own limb than this, contact with the other limb is softened [m]."""
 
 
 @dataclass(frozen=True)
@@ -110,17 +111,17 @@ class ContactHistory:
     ) -> Float[np.ndarray, "2 verts"]:
         """Returns the contact stiffness of each place [N/m].
 
-        If a vertex is pinched, or is pressed by its own limb and by another one, the other limb yields: what goes
-        through a leg must not take the trousers along.
+        If a vertex is pinched, or is pressed by its own limb and by another one, contact with the other limb is
+        softened: a hand that passes through a leg must not take the trousers along.
 
         Args:
             surface: Topology of the body's mesh.
             positions: The cloth [m].
             skin: The skin at that moment.
             rest_limb: Limb that each vertex lies on at rest.
-            pinched: Vertices without a free place.
+            pinched: Vertices that cannot leave the body.
             stiffness: Contact stiffness of each vertex [N/m].
-            yielding: Fraction of the stiffness that remains for a limb that yields.
+            yielding: Fraction of the stiffness that remains where contact is softened.
         """
         shared = np.empty((2, len(stiffness)))
         places = Places(self.nearest, self.face, self.weights)

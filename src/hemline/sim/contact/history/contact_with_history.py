@@ -1,4 +1,4 @@
-"""Contact during one step of cloth that remembers which places on the skin held it off."""
+"""Contact in one step of cloth that remembers which places on the skin kept it outside the body."""
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -12,13 +12,13 @@ from .contact_history import ContactHistory, HistoryFaces
 
 
 class ContactWithHistory(Contact):
-    """Contact where each vertex stays with the places that held it off: one plane, and a second one if it has two.
+    """Contact in which each vertex keeps the places that held it outside: one plane, or two if it has a second place.
 
     Args:
-        surface, then, now, start, guess, fixed, stiffness, known: See `CollisionTerm`.
+        surface, then, now, start, guess, fixed, stiffness, known: See `Contact`.
         history: The places of each vertex at the start of the step.
         rest_limb: Limb of the body that each vertex lies on at rest.
-        pinched: Vertices without a free place, because parts of the body intersect there.
+        pinched: Vertices that cannot leave the body, because parts of it intersect there.
         yielding: Fraction of the stiffness that remains for a limb other than the vertex's own.
 
     Attributes:
@@ -82,7 +82,7 @@ class ContactWithHistory(Contact):
         return self.history.faces
 
     def _set_history(self, history: ContactHistory, positions: Float[np.ndarray, "verts 3"], skin: MovingSkin) -> None:
-        """Takes over places, and derives stiffnesses and planes from them."""
+        """Stores the places of a history, and computes stiffnesses and planes from them."""
         self.history, self.places = history, history.first
         self.stiffness, self._second_stiffness = history.stiffnesses(
             self.surface, positions, skin, self._rest_limb, self._pinched, self._full_stiffness, self._yielding

@@ -1,4 +1,4 @@
-"""Places on the body that slide over its skin, and which of them hold a cloth vertex off: compiled code."""
+"""Compiled: slides places over the skin, and decides which of them keep a cloth vertex outside the body."""
 
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ MAX_WALK_STEPS = 16
 
 
 class Places(NamedTuple):
-    """The first and the second place on the body that holds each vertex off.
+    """The first and the second place on the body that keep each vertex off.
 
     Attributes:
         nearest: Vertices of the body at the places.
@@ -89,7 +89,7 @@ def move_places(
 
     Reads: x (verts, 3) float64; limb (faces,); rest_limb (verts,); closest: the closest places; max_depth,
         forget_height [m]; max_skew.
-    Writes: out: the places, changed.
+    Writes: out: the places, updated in place.
     """
     vertices, normals, faces, star_starts, star = skin
     closest_nearest, closest_face, closest_weights = closest
@@ -132,7 +132,7 @@ def move_places(
 def share_stiffness(
     x, skin: SkinMesh, limb, rest_limb, pinched, places: Places, stiffness, yielding, yield_depth, stiffness_out
 ):
-    """Computes the contact stiffness of the first and of the second place; the place on a foreign limb may yield.
+    """Computes the contact stiffness of the first and of the second place, softened on a limb that is not its own.
 
     Reads: x (verts, 3) float64; limb (faces,); rest_limb (verts,); pinched (verts,) bool; stiffness (verts,) [N/m];
         yielding: fraction of the stiffness that remains; yield_depth [m].

@@ -84,8 +84,8 @@ def _off_axis(x, a, d, square):
 
 @kernel
 def near_capsules(x, faces, limb_of_face, then, now, radius, limb, search_radii, out: CapsulePairs):
-    """Finds triangles within `search_radii` radii of the axis of a capsule in their own limb, and the normals that hold
-    them off.
+    """Finds triangles close to the axis of a capsule in their own limb, and the normals that keep them off. Close means
+    within `search_radii` times the capsule's radius.
 
     Reads: x (verts, 3): the cloth at the start of the step; limb_of_face (faces,): -1 without contact; then, now
         (capsules, 2, 3): ends of the axes at the start and the end of the step; radius (capsules, 2): at the ends; limb

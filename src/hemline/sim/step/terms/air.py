@@ -20,7 +20,7 @@ def air_term(model: ClothModel, workspace: Workspace, state: ClothState, h: floa
 
     Args:
         model: The sheet and the wind.
-        workspace: Its arrays are returned and are valid until the next step.
+        workspace: Holds the returned arrays, which are valid until the next step.
         state: The state at the start of the step.
         h: Length of the step [s].
     """
@@ -36,5 +36,5 @@ def air_term(model: ClothModel, workspace: Workspace, state: ClothState, h: floa
 
 
 def constant_force(positions: Positions, force: Positions) -> Air:
-    """Returns a force that does not depend on velocity, in the same form: no air, or weight [N]."""
+    """Returns a force that does not depend on velocity, such as weight or none, in the form of `air_term` [N]."""
     return Air(positions, force, np.zeros((len(positions), 6)))

@@ -11,13 +11,13 @@ from hemline.sim.step.workspace import Workspace
 
 @dataclass(frozen=True, eq=False)
 class Bending:
-    r"""Isometric bending; discrete shells about a rest shape that is not flat.
+    r"""Isometric bending of a flat rest shape, or discrete-shell bending of one that is not flat.
 
     $$E(x) = -\frac14 \sum_{i \ne j} q_{ij} |x_i - x_j|^2, \qquad\text{or}\qquad
       E(x) = \sum_e \frac{w_e}{2} \left(2 \sin\frac{\theta_e}{2} - 2 \sin\frac{\bar\theta_e}{2}\right)^2$$
 
-    in J, with $q$ the off-diagonal entries of the bending matrix [N/m]. The blocks are $q_{ij} I$ in both cases. On the
-    ring they are the start values of `Membrane.blocks`, beyond it they are the solver's `far_bending`.
+    in J, with $q$ the off-diagonal entries of the bending matrix [N/m]. The blocks are $q_{ij} I$ in both cases. For
+    direct neighbours (the ring), `Membrane.blocks` starts from them; beyond, they are the solver's `far_bending`.
 
     Attributes:
         model: The sheet.

@@ -1,4 +1,4 @@
-"""Contact in pairs: of the cloth with itself, with the body's vertices, second places, and capsules."""
+"""Energy of pair contact: the cloth with itself, with the body's vertices, with second places, and with capsules."""
 
 import numpy as np
 from jaxtyping import Float
@@ -28,7 +28,7 @@ NO_PAIR_BLOCKS = PairBlocks(
 
 
 class ContactPairs:
-    r"""The potential of all pairs: `SelfContact`, `BodyPoints`, second places (`ContactWithHistory`) and `Capsules`.
+    r"""The energy of all pairs: `SelfContact`, `BodyPoints`, second places (`ContactWithHistory`) and `Capsules`.
 
     $$E(x) = \sum_p \frac{k_p}{3 t_p} d_p^3 + \mu_p L_p\, f_0(|u_p|), \qquad d = \max(0,\; r_0 - n \cdot r),
       \quad r = \sum_c w_c x_c$$
@@ -41,8 +41,8 @@ class ContactPairs:
         creep: Slip below which friction is smoothed [m].
 
     Source: Li et al., "Incremental potential contact", ACM TOG 39(4), 2020, Eq. 14, for friction. Differs: a penalty
-        with a side that pairs keep, not a barrier; quadratic, so that Newton's steps do not alternate between touching
-        and not touching.
+        that keeps each pair on its side, not a barrier; its load is quadratic, so that Newton's steps do not alternate
+        between touching and not touching.
     """
 
     def __init__(self, pairs: Pairs, creep: float):

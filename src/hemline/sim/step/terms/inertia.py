@@ -37,5 +37,5 @@ def inertia_term(model: ClothModel, state: ClothState, h: float, targets: Positi
 
 
 def no_inertia(positions: Positions) -> Inertia:
-    """Returns the inertia of cloth for which no time passes."""
+    """Returns no inertia, for a static solve, in the form of `inertia_term`."""
     return Inertia(positions, np.zeros(len(positions)))

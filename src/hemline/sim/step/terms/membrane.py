@@ -20,7 +20,7 @@ class Membrane:
 
     in J, with $C$ isotropic plane stress, $d$ the time constant of damping [s], and $E_0$ the strain at the start of
     the step. The blocks are the derivatives of the gradient, except that compression beyond a cap (`ClothModel.cap`
-    over $h^2$) is left out of the stress: inertia keeps the rest positive.
+    divided by $h^2$) is left out of the stress; inertia keeps what remains positive definite.
 
     Attributes:
         model: The sheet.

@@ -3,7 +3,7 @@
 from .term import MakeTerm, Term, TermInputs
 
 TERMS: tuple[MakeTerm, ...] = ()
-"""One line per term: the function of its file in `terms/` that makes it."""
+"""One entry per term: the function in its file in `terms/` that makes it."""
 
 
 def make_terms(inputs: TermInputs) -> list[Term]:

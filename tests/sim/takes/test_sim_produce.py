@@ -21,7 +21,7 @@ from hemline.errors import BadDataset, HemlineWarning
 SCRIPT = """
 import sys
 from pathlib import Path
-from tests.sim.test_sim_produce import make
+from tests.sim.takes.test_sim_produce import make
 
 if __name__ == "__main__":
     make(Path(sys.argv[1]), int(sys.argv[2]))
@@ -158,7 +158,7 @@ def test_another_garment_is_refused(unbroken):
 FULL = """
 import resource, sys
 from pathlib import Path
-from tests.sim.test_sim_produce import make
+from tests.sim.takes.test_sim_produce import make
 from hemline.errors import BadOutput
 
 if __name__ == "__main__":
@@ -223,7 +223,7 @@ def test_two_processes_on_one_dataset_lose_nothing_and_make_nothing_twice(unbrok
 RACE = """
 import sys
 from pathlib import Path
-from tests.sim.test_sim_produce import small_garment
+from tests.sim.takes.test_sim_produce import small_garment
 from hemline.datasets import create
 from hemline.errors import BadDataset
 from dataclasses import replace

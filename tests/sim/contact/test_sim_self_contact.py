@@ -335,7 +335,7 @@ def test_edges_hold_edges_off():
 
 THREADS = """
 import hashlib, sys
-from tests.sim.test_sim_self_contact import drop_strip
+from tests.sim.contact.test_sim_self_contact import drop_strip
 print(hashlib.sha256(drop_strip(self_contact=True)[1].tobytes()).hexdigest())
 """
 

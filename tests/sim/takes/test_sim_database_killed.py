@@ -17,7 +17,7 @@ from hemline.sim.takes import database
 SCRIPT = """
 import sys
 from pathlib import Path
-from tests.sim.test_sim_database_killed import make
+from tests.sim.takes.test_sim_database_killed import make
 
 if __name__ == "__main__":
     make(Path(sys.argv[1]))

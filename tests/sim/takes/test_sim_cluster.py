@@ -23,7 +23,7 @@ CLIPS = ("walk", "kick", "run")
 SCRIPT = """
 import os, signal, sys
 from pathlib import Path
-from tests.sim.test_sim_cluster import make
+from tests.sim.takes.test_sim_cluster import make
 from hemline.errors import BadCluster
 
 def busy(address):

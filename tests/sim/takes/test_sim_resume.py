@@ -19,7 +19,7 @@ from hemline.sim.takes.jobs import Call
 from hemline.sim.takes.produce import Plan, clip_job, part_inputs
 from hemline.sim.takes.rest_states import rest_job
 from hemline.sim.takes.setup import Setup
-from tests.sim.test_sim_produce import small_garment
+from tests.sim.takes.test_sim_produce import small_garment
 
 SETTINGS = sim.SimSettings(settle=0.5, lead_in=0.2)
 

@@ -20,7 +20,7 @@ from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim import Sensitivities, SimSettings, settle
 from tests.sim.sim_garments import hanging_loop, hanging_strip
 
-DATA = Path(__file__).parents[3] / "shared/data/garments/garmentcode_mit"
+DATA = Path(__file__).parents[4] / "shared/data/garments/garmentcode_mit"
 TIGHT = 1e-6
 APART = SimSettings(self_contact=False)
 """Where cloth presses on itself, pairs come and go and equilibrium is not found to a millionth of a weight."""
