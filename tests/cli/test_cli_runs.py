@@ -177,5 +177,7 @@ def test_demo_shows_a_cape_and_a_shirt_on_three_bodies(tmp_path):
     figures = json.loads((tmp_path / "report.json").read_text())
     assert set(figures) == {"cape", "tshirt mean", "tshirt tall", "tshirt small"}
     assert all(each["inside_percent"]["after"] == 0 for each in figures.values())
+    from PIL import Image
+
     moving = Image.open(tmp_path / "tshirt.webp")
     assert moving.n_frames == 90 and moving.size == (960, 480)

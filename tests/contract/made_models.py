@@ -176,7 +176,7 @@ def rigged_model() -> AnimatorAgentDress:
     )
     return replace(
         model,
-        tables=replace(tables, rigged=RiggedTables.packed(rigging, np.arange(count))),
+        tables=replace(tables, rigged=RiggedTables.pack(rigging, np.arange(count))),
         config=AgentDressConfig(pose_model="sor"),
     )
 

@@ -11,8 +11,8 @@ count as different takes, and are never continued.
 Increase it whenever the same garment, body, clip and settings may give different results, even in the last bit of one
 vertex: after a change to the solver, to contact, to a term, to settling, to skinning, or to the projection at the
 end of a frame. No new version is needed for changes that show in the inputs anyway, such as the default of a setting
-or the placement of a clip, nor for code that is moved, renamed or documented. `tests/sim/step/test_sim_simulator.py` fails
-if it was forgotten.
+or the placement of a clip, nor for code that is moved, renamed or documented.
+`tests/sim/step/test_sim_simulator.py` fails if it was forgotten.
 
 Versions only grow; 0 stands for takes that were made before the version was stored.
 """

@@ -33,7 +33,7 @@ class FilterStep:
     """(h, g)' = [[a, b], [c, d]] (h, g), with g = h' of the filter before the point's new velocity is taken off."""
 
     @classmethod
-    def of(cls, dt: float) -> "Step":
+    def of(cls, dt: float) -> "FilterStep":
         """Computes the coefficients for a time step [s]."""
         lags = [(math.exp(-dt / tau), tau * -math.expm1(-dt / tau)) for tau in LAGS]
         return cls(np.array(lags, np.float32), np.array([_swing(dt, *each) for each in SWINGS], np.float32))
