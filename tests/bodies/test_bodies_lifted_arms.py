@@ -20,7 +20,7 @@ def arms_at(degrees: float) -> Pose:
 
 
 def lift_deg(angle_deg):
-    """How far an upper arm is lifted that is this far from hanging straight down [deg]."""
+    """Returns the angle by which to lift an upper arm that is at a given angle from hanging straight down [deg]."""
     fraction = np.clip((angle_deg - HANGING_DEG) / (RAISED_DEG - HANGING_DEG), 0.0, 1.0)
     return LIFT_DEG * (1 - fraction * fraction * (3 - 2 * fraction))
 

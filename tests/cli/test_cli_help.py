@@ -27,7 +27,7 @@ class Option:
 
     name: str
     text: str
-    """Its help text, lines as in the source."""
+    """The help text, with the line breaks of the source."""
 
 
 def options_in(options: type) -> list[Option]:
