@@ -27,7 +27,7 @@ class TryonOptions:
     unit: str | None = None
     """Unit of the mesh: m, dm, cm, mm, in or ft. By default it is guessed from the size of the mesh."""
     scaled: bool = True
-    """Scale the garment by up to 40 % if it was clearly made for a body of another size.
+    """Scale the garment, by a factor of 0.67 to 1.49, if it was clearly made for a body of another size.
     With --no-scaled its size is kept."""
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
+from hemline.meshes import edge_strains
 from hemline.sim import SimSettings, rest_drape
 
 from .openings import empty_openings, joints_through_cloth, openings_are_harmless
@@ -14,7 +15,6 @@ from .openings import empty_openings, joints_through_cloth, openings_are_harmles
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
     from hemline.datasets.take import Take
-from hemline.meshes import edge_strains
 
 MEDIAN_STRAIN_LIMIT = 0.10
 """Strain of the median edge above which a garment is too small."""

@@ -81,7 +81,7 @@ def try_on(
         name_or_path: A mesh, a TOML that names one, a `.mhclo`, or a garment of hemline's own, by name or file.
         shaped: The body.
         unit: Unit of the mesh. If it is None, the TOML states it, or it is guessed.
-        scaled: Whether its size may change by up to 40 % if it was clearly made for a body of another size.
+        scaled: Whether it may be scaled, by 0.67 to 1.49, if it was clearly made for a body of another size.
         say: Called with a line of text before a step that takes long.
         progress: Called with the number of frames done and the number of all frames.
 
