@@ -94,7 +94,7 @@ def test_the_page_on_formats_names_what_its_file_holds(tmp_path):
     made.live_cape().save(tmp_path / "cape.safetensors")
     text = (Path(__file__).parents[3] / "docs" / "format.md").read_text().split("### `live`")[1].split("\n### ")[0]
     arrays, metadata = read_tensors(tmp_path / "cape.safetensors", "model")
-    assert [name for name in arrays if not name.startswith("garment.")] == ["rest"] and "| `rest` | f32 |" in text
+    assert [name for name in arrays if not name.startswith("garment.")] == ["rest"] and "| `rest` | f32 [C 3] |" in text
     assert metadata["live"] == {"version": 1} and "JSON `live` contains `version` (1" in text
 
 
