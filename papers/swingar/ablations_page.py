@@ -39,7 +39,7 @@ def page(rows: list[dict[str, Any]]) -> str:
 
 `python -m papers.swingar.ablations_page` writes this page from the results of `ablations.py`. The paper is Li et al.,
 "SwinGar", 2023. All variants are trained alike from scratch with one seed. Errors are mean distances of the vertices of
-proxies on takes that they have not seen ([the takes](../../../src/hemline/models/README.md#lag)). {sets}
+proxies on takes that they have not seen ([the takes](notes.md#test-sets)). {sets}
 Budgets are small: these are not the errors of the shipped models, and differences below a millimetre mean nothing.
 {_lag(lag) if lag else ""}{_graph(graph, "" if same else _beside(rows, graph[0]["mark"])) if graph else ""}
 [Collisions](collisions.md) has Tables II and III of the paper, with our projection. The speed of Table V, measured by

@@ -25,7 +25,7 @@ HEAD = """# Unseen garments
 
 No fit has seen these garments, subjects and bodies: meshes that others made (GarmentCode, Style3D, MakeHuman) and
 random designs with seeds of their own, on random bodies, in clips of test subjects. They were simulated by
-`python -m hemline.models.make.swingar_takes` ([the command](../../../src/hemline/models/README.md#lag)) and evaluated
+`python -m hemline.models.make.swingar_takes` ([the command](notes.md#test-sets)) and evaluated
 by `python -m papers.swingar.unseen`, as the player shows them.
 
 Errors are mean distances of vertices from the simulation in mm. The baselines are the settled garment *carried rigidly*
