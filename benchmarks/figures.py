@@ -21,6 +21,8 @@ EPYC, both with two cores and Python 3.11. Terms are in the [glossary](glossary.
 writes this page from `benchmarks/figures.txt`.
 """
 
+COLUMNS = ("quantity", "case", "goal", "measured", "machine")
+
 
 @dataclass
 class Table:
@@ -57,9 +59,12 @@ def page(tables: list[Table]) -> str:
     """Returns the Markdown of docs/figures.md."""
     parts = [HEAD]
     for table in tables:
-        lines = [f"## {table.title}", "", f"Measured by {table.command}.", ""]
-        lines += ["| quantity | case | goal | measured | machine |", "|---|---|---|---|---|"]
-        lines += [f"| {' | '.join(row)} |".replace("|  |", "| |").replace("|  |", "| |") for row in table.rows]
+        machines = {row[4] for row in table.rows}
+        shared = f" on the {machines.pop()}" if len(machines) == 1 else ""
+        lines = [f"## {table.title}", "", f"Measured{shared} by {table.command}.", ""]
+        width = 4 if shared else 5
+        lines += [f"| {' | '.join(COLUMNS[:width])} |", "|---" * width + "|"]
+        lines += [f"| {' | '.join(row[:width])} |".replace("|  |", "| |").replace("|  |", "| |") for row in table.rows]
         parts.append("\n".join(lines) + "\n")
     return "\n".join(parts)
 
