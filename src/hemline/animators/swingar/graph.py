@@ -10,6 +10,8 @@ from hemline.arrays import Faces, Float, Int
 from hemline.errors import BadMesh
 from hemline.meshes.edges import directed_edges
 
+from .kernel_inputs import Rings
+
 
 @dataclass(frozen=True, eq=False)
 class Graph:
@@ -39,6 +41,11 @@ class Graph:
         pairs = np.unique(np.concatenate([edges, edges[:, ::-1], itself]), axis=0)
         start = np.searchsorted(pairs[:, 0], np.arange(vertex_count + 1))
         return cls(start.astype(np.int32), np.ascontiguousarray(pairs[:, 1], np.int32))
+
+    @cached_property
+    def rings(self) -> Rings:
+        """The rings as kernels take them."""
+        return Rings(self.start, self.ring)
 
     @property
     def vertex_count(self) -> int:

@@ -3,10 +3,12 @@
 from typing import Any
 from weakref import WeakKeyDictionary
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
 from hemline.animators.swingar.graph import Graph
+from hemline.animators.swingar.kernel_inputs import LayerGradients, LayerInputs, LayerMemory, LayerWeights, ScoreRule
 from hemline.animators.swingar.layer_kernels import (
     LEAKY_SLOPE,
     MIN_DIVISOR,
@@ -17,6 +19,11 @@ from hemline.animators.swingar.layer_kernels import (
 )
 from hemline.compiled import threads
 from hemline.errors import BadInput
+
+
+def _arrays(*tensors: Tensor) -> list[np.ndarray]:
+    """Returns the contents of tensors on the processor, contiguous, without a copy where they are so already."""
+    return [each.detach().contiguous().numpy() for each in tensors]
 
 
 class _Attention(torch.autograd.Function):
@@ -43,11 +50,14 @@ class _Attention(torch.autograd.Function):
         slabs = torch.empty((*jobs, count, weights.shape[2]))
         attention = torch.empty((*jobs, len(graph.ring)))
         out = torch.empty((frames, groups, count, weights.shape[2]))
-        given = [each.detach().contiguous().numpy() for each in (x, scale, weights, extra, extra_weights, vectors)]
-        options = 0.0 if alpha is None else alpha, alpha is not None
-        attend(graph.start, graph.ring, *given, *options, keep, slabs.numpy(), attention.numpy(), out.numpy())
+        inputs, rule = (
+            LayerInputs(*_arrays(x, scale, extra)),
+            ScoreRule(0.0 if alpha is None else alpha, alpha is not None),
+        )
+        parameters, memory = LayerWeights(*_arrays(weights, extra_weights, vectors)), _arrays(slabs, attention)
+        attend(graph.rings, inputs, parameters, rule, keep, LayerMemory(*memory), out.numpy())
         ctx.save_for_backward(x, scale, weights, extra, extra_weights, vectors, slabs, attention, out)
-        ctx.graph, ctx.options = graph, options
+        ctx.graph, ctx.rule = graph, rule
         return out
 
     @staticmethod
@@ -59,10 +69,13 @@ class _Attention(torch.autograd.Function):
         weights_back, extra_back, vectors_back = (torch.zeros((chunks, *part.shape)) for part in each)
         x_back = torch.zeros((chunks if len(x) == 1 else 1, *x.shape)) if wanted else torch.zeros((1, 1, 1, 0, 0))
         scale_back = torch.zeros_like(scale)
-        given = [part.detach().contiguous().numpy() for part in (x, scale, weights, extra, vectors)]
-        kept = [part.detach().contiguous().numpy() for part in (slabs, attention, out, backs[0])]
-        backs_out = [part.numpy() for part in (scale_back, weights_back, extra_back, vectors_back, x_back)]
-        attend_back(ctx.graph.start, ctx.graph.ring, *given, *ctx.options, wanted, *kept, *backs_out)
+        inputs, parameters = (
+            LayerInputs(*_arrays(x, scale, extra)),
+            LayerWeights(*_arrays(weights, extra_weights, vectors)),
+        )
+        gradients = LayerGradients(*_arrays(x_back, scale_back, weights_back, extra_back, vectors_back))
+        memory = LayerMemory(*_arrays(slabs, attention))
+        attend_back(ctx.graph.rings, inputs, parameters, ctx.rule, memory, *_arrays(out, backs[0]), gradients)
         return (
             None,
             x_back.sum(0) if wanted else None,
@@ -91,8 +104,7 @@ class _CondenseHeads(torch.autograd.Function):
     def backward(ctx: Any, *backs: Tensor) -> Any:
         state, vector = ctx.saved_tensors
         state_back, vector_back = torch.empty_like(state), torch.zeros((len(state), len(vector)))
-        given = [each.detach().contiguous().numpy() for each in (state, vector, *backs)]
-        condense_back(*given, state_back.numpy(), vector_back.numpy())
+        condense_back(*_arrays(state, vector, *backs), state_back.numpy(), vector_back.numpy())
         return state_back, vector_back.sum(0)
 
 

@@ -17,6 +17,7 @@ from hemline.animators.swingar.estimator_config import (
     weight_shapes,
 )
 from hemline.animators.swingar.graph import Graph
+from hemline.animators.swingar.kernel_inputs import LayerInputs
 from hemline.arrays import Float, Vertices
 from hemline.compiled import threads
 from hemline.files.contents import array_of
@@ -197,10 +198,9 @@ class RuntimeEstimator:
         extra = np.zeros((count, 0), np.float32) if features is None else features
         means = np.empty((min(threads(), JOINTS), count, self.config.state), np.float32)
         scores = np.empty((count, JOINTS), np.float32)
-        alpha = 0.0 if layer.alpha is None else layer.alpha
-        given = garment.features, moved, layer.weights, extra, layer.extra_weights, layer.vectors, alpha
+        inputs = LayerInputs(garment.features[None], moved[None], extra[None])
         vector = self.arrays["weight.weight"][0]
-        attend_condensed(graph.start, graph.ring, *given, layer.alpha is not None, vector, means, scores)
+        attend_condensed(graph.rings, inputs, layer.kernel_weights, layer.rule, vector, means, scores)
         return means.sum(0), scores
 
     def _dense_layers(self, name: str, value: np.ndarray) -> np.ndarray:

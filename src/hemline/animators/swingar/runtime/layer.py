@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from hemline.animators.swingar.graph import Graph
+from hemline.animators.swingar.kernel_inputs import LayerInputs, LayerMemory, LayerWeights, ScoreRule
 from hemline.animators.swingar.layer_kernels import attend
 from hemline.arrays import Float
 
@@ -32,6 +34,16 @@ class AttentionLayer:
         weights, extra, vectors = (arrays[f"{name}.{each}"] for each in ("weights", "extra_weights", "vectors"))
         return cls(weights, extra, vectors, groups or len(weights), alpha)
 
+    @cached_property
+    def kernel_weights(self) -> LayerWeights:
+        """The weights as kernels take them."""
+        return LayerWeights(self.weights, self.extra_weights, self.vectors)
+
+    @cached_property
+    def rule(self) -> ScoreRule:
+        """How scores become attention, as kernels take it."""
+        return ScoreRule(0.0 if self.alpha is None else self.alpha, self.alpha is not None)
+
     def __call__(
         self,
         graph: Graph,
@@ -53,7 +65,6 @@ class AttentionLayer:
         slabs = np.empty((self.groups, 1, count, width), np.float32)
         attention = np.empty((self.groups, 1, len(graph.ring)), np.float32)
         out = np.empty((1, self.groups, count, width), np.float32)
-        alpha = 0.0 if self.alpha is None else self.alpha
-        given = x[None], scale[None], self.weights, extra[None], self.extra_weights, self.vectors
-        attend(graph.start, graph.ring, *given, alpha, self.alpha is not None, False, slabs, attention, out)
+        inputs = LayerInputs(x[None], scale[None], extra[None])
+        attend(graph.rings, inputs, self.kernel_weights, self.rule, False, LayerMemory(slabs, attention), out)
         return out[0]

@@ -3,29 +3,32 @@
 import numpy as np
 
 from hemline.animators.swingar.curve_kernels import tangent
+from hemline.animators.swingar.kernel_inputs import LayerInputs, LayerWeights, Rings, ScoreRule
 from hemline.animators.swingar.layer_kernels import (
     FAST_MATH,
     F,
     add_gathered,
     attend_slab,
     fill_halves,
+    inputs_at,
     length_of,
     project_slab,
+    weights_at,
 )
 from hemline.compiled import kernel, prange
 
 
 @kernel(parallel=True, fastmath=FAST_MATH)
 def attend_condensed(
-    start, ring, x, scale, weights, extra, extra_weights, vectors, alpha, normalised, vector, means_out, scores_out
+    rings: Rings, inputs: LayerInputs, weights: LayerWeights, rule: ScoreRule, vector, means_out, scores_out
 ):
     """Applies the state encoder and condenses its heads, see `attend` and `condense`; the state itself is not stored.
 
-    # in:  x (heads,verts,F); scale (F,); weights (heads,F,D); extra (verts,L), extra_weights (heads,L,D);
-    #      vectors (heads,2,D); vector (D,)
-    # out: means_out (chunks,verts,D), whose sum is the mean of heads; scores_out (verts,heads)
+    Reads: rings; inputs of one frame; weights; rule; vector (D,).
+    Writes: means_out (chunks, verts, D), whose sum is the mean of heads; scores_out (verts, heads).
     """
-    heads, chunks = weights.shape[0], means_out.shape[0]
+    heads, chunks = weights.vectors.shape[0], means_out.shape[0]
+    edge_count = len(rings.ring)
     count, width = means_out.shape[1:]
     share = F(1.0) / F(heads)
     for unsigned in prange(chunks):
@@ -34,13 +37,14 @@ def attend_condensed(
         mean[:] = F(0.0)
         halves = np.empty((3, count), np.float32)
         slab, state = np.empty((count, width), np.float32), np.empty((count, width), np.float32)
-        attention = np.empty(len(ring), np.float32)
+        attention = np.empty(edge_count, np.float32)
         for head in range(chunk * heads // chunks, (chunk + 1) * heads // chunks):
-            project_slab(x[head], scale, weights[head], extra, extra_weights[head], slab)
-            fill_halves(slab, vectors[head], halves)
-            attend_slab(start, ring, halves, length_of(vectors[head]), alpha, normalised, attention)
+            own = weights_at(weights, head)
+            project_slab(inputs_at(inputs, 0, head), own, slab)
+            fill_halves(slab, own.vectors, halves)
+            attend_slab(rings, halves, length_of(own.vectors), rule, attention)
             state[:] = F(0.0)
-            add_gathered(start, ring, attention, slab, state)
+            add_gathered(rings, attention, slab, state)
             for i in range(count):
                 row, target, total = state[i], mean[i], F(0.0)
                 for d in range(width):
@@ -52,9 +56,11 @@ def attend_condensed(
 
 @kernel(fastmath=FAST_MATH)
 def recall(given, recurrent, hidden_out):
-    """Computes the last hidden state of an LSTM that begins at zero."""
-    # in:  given (poses,4 H): terms of the inputs in the gates input, forget, cell, output; recurrent (H,4 H)
-    # out: hidden_out (H,)
+    """Computes the last hidden state of an LSTM that begins at zero.
+
+    Reads: given (poses, 4 H): terms of the inputs in the gates input, forget, cell, output; recurrent (H, 4 H).
+    Writes: hidden_out (H,).
+    """
     width = recurrent.shape[0]
     cell, gates = np.zeros(width, np.float32), np.empty(4 * width, np.float32)
     hidden_out[:] = F(0.0)
@@ -76,8 +82,11 @@ def recall(given, recurrent, hidden_out):
 
 @kernel(parallel=True, fastmath=FAST_MATH)
 def fill_mesh_features(mesh, joints, features_out):
-    """Writes the position of each vertex and its distance to each joint."""
-    # in: mesh (verts,3), joints (joints,3) [m]; out: features_out (verts,3+joints)
+    """Computes the position of each vertex and its distance to each joint.
+
+    Reads: mesh (verts, 3), joints (joints, 3) [m].
+    Writes: features_out (verts, 3 + joints) [m].
+    """
     for i in prange(mesh.shape[0]):
         for c in range(3):
             features_out[i, c] = mesh[i, c]
@@ -89,16 +98,18 @@ def fill_mesh_features(mesh, joints, features_out):
 
 
 @kernel(parallel=True, fastmath=FAST_MATH)
-def pass_gates(gates, peepholes, cell, hidden_out):
-    """Advances the LSTM over a graph by one step (Eq. 6)."""
-    # in:  gates (4,verts,D): input, forget, output, new; peepholes (3,D)
-    # in and out: cell (verts,D); out: hidden_out (verts,D)
+def pass_gates(gates, peepholes, cell_out, hidden_out):
+    """Advances the LSTM over a graph by one step (Eq. 6).
+
+    Reads: gates (4, verts, D): input, forget, output, new; peepholes (3, D).
+    Writes: cell_out (verts, D): changed; hidden_out (verts, D).
+    """
     half = F(0.5)
-    for i in prange(cell.shape[0]):
-        for d in range(cell.shape[1]):
-            before = cell[i, d]
+    for i in prange(cell_out.shape[0]):
+        for d in range(cell_out.shape[1]):
+            before = cell_out[i, d]
             opened = half + half * tangent(half * (gates[0, i, d] + peepholes[0, d] * before))
             kept = half + half * tangent(half * (gates[1, i, d] + peepholes[1, d] * before))
             shown = half + half * tangent(half * (gates[2, i, d] + peepholes[2, d] * before))
-            cell[i, d] = opened * tangent(gates[3, i, d] + kept * before)
-            hidden_out[i, d] = shown * tangent(cell[i, d])
+            cell_out[i, d] = opened * tangent(gates[3, i, d] + kept * before)
+            hidden_out[i, d] = shown * tangent(cell_out[i, d])
