@@ -11,8 +11,8 @@ import numpy as np
 
 from hemline.datasets import Take
 from hemline.garments import Garment
+from hemline.meshes.segment_crossing_kernels import crossings_of_segments
 from hemline.motions.motion import JOINT_NAMES
-from hemline.tryon.crossing_segment_kernels import crossings_of_segments
 from hemline.tryon.rims import rims_of
 from hemline.tryon.skeleton import Skeleton
 

@@ -24,7 +24,8 @@ def make_take(garment: Garment, clip: str = "02_01", part: int = 0, frames: int 
     motion = Motion(rotations, np.zeros((frames, 3), np.float32), fps=30, leg_length=0.9, name=clip, source="test")
     return Take(
         kind="clip",
-        vertices=rng.normal(0, 1, (frames, 4, 3)).astype(np.float32),
+        # beside the body, and not torn: a fit does not leave it out
+        vertices=(garment.vertices + [10, 0, 0] + rng.normal(0, 0.1, (frames, 4, 3))).astype(np.float32),
         motion=motion,
         betas=np.zeros(16, np.float32),
         lead_in=np.arange(frames) < 2,

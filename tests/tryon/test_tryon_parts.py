@@ -7,9 +7,9 @@ import trimesh
 
 from hemline import garments
 from hemline.meshes import boundary_loops
+from hemline.meshes.segment_crossing_kernels import crossings_of_segments
 from hemline.motions.motion import JOINT_NAMES
 from hemline.tryon.alignment import pose_from_angles
-from hemline.tryon.crossing_segment_kernels import crossings_of_segments
 from hemline.tryon.openings import empty_openings, joints_through_cloth
 from hemline.tryon.rims import SHORTEST_RIM, rims_of
 from hemline.tryon.skeleton import Skeleton

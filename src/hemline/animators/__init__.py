@@ -37,7 +37,9 @@ def fit(
     progress: Progress | None = None,
     checkpoints: Path | None = None,
 ) -> Animator | Wearable:
-    """Fits an animator to simulated takes. Warns if the takes are of several versions of the simulator.
+    """Fits an animator to simulated takes, without those in which a limb is through the cloth or the cloth is torn.
+
+    Warns if takes are left out, and if they are of several versions of the simulator.
 
     Args:
         data: Simulated takes of a garment, or of several if the animator learns from many.
@@ -55,11 +57,12 @@ def fit(
         BadDataset: The dataset holds too little, or several were given to an animator of one garment.
         MissingExtra: The animator learns with a library that is not installed.
     """
-    from hemline.datasets import Collection, Dataset, warn_of_several
+    from hemline.datasets import Collection, Dataset, leave_out_faulty, warn_of_several
 
     kind = animator_kind(animator)
     if isinstance(data, Dataset | Collection):  # an animator of another package may learn from something else
         warn_of_several(data.datasets if isinstance(data, Collection) else (data,))
+        data = leave_out_faulty(data)
     return kind.fit(data, config, seed=seed, progress=progress, checkpoints=checkpoints)
 
 

@@ -16,6 +16,8 @@ from .character.character import Character as Character
 from .character.character import read_character as read_character
 from .character.character import read_skeleton as read_skeleton
 from .coarser import coarser_body as coarser_body
+from .limb_bones import LIMBS as LIMBS
+from .limb_bones import limb_bones as limb_bones
 from .place import Placement as Placement
 from .place import placement as placement
 from .skinning import skin_points as skin_points
@@ -95,6 +97,7 @@ def write(path: str | Path, body: Body) -> None:
 
 __all__ = [
     "CHARACTERS",
+    "LIMBS",
     "Body",
     "Character",
     "MotionUntangling",
@@ -103,6 +106,7 @@ __all__ = [
     "ShapedBody",
     "Untangling",
     "coarser_body",
+    "limb_bones",
     "load",
     "names",
     "overlap_percent",

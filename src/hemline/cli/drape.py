@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from hemline.garments import Garment
 
 
+LEAST_ANCHORS = 2
+"""Number of anchors that a fit needs."""
+
+
 @dataclass(frozen=True)
 class DrapeOptions:
     """Options of `hemline drape`."""
@@ -129,7 +133,7 @@ def _garment(options: DrapeOptions, shaped: "ShapedBody") -> "Garment":
 
 
 def _in_poses_of(options: DrapeOptions, folder: Path) -> int:
-    """The garment of a dataset in its poses, of another material; status 1 when it came to rest in fewer than asked."""
+    """Settles the garment of a dataset in its poses, in another material; returns status 1 if none came to rest."""
     from hemline import bodies
     from hemline.datasets import open_dataset
     from hemline.sim import produce_in_poses_of
@@ -157,11 +161,13 @@ def _in_poses_of(options: DrapeOptions, folder: Path) -> int:
         print(json.dumps(rows))
     else:
         print(f"{settled} of {len(rests)} poses, {garment.material.name}")
-    return 1 if settled < len(rests) else 0
+    if settled < len(rests):
+        note(f"{len(rests) - settled} of {len(rests)} poses are left out, as no pose of their cluster came to rest")
+    return 0 if settled else 1
 
 
 def _anchors(options: DrapeOptions) -> int:
-    """Settles anchors; returns status 1 if the garment failed in every pose of a cluster."""
+    """Settles anchors; returns status 1 if so few came to rest that no model can be fitted to them."""
     from hemline import bodies, motions
     from hemline.sim import make_database
 
@@ -190,17 +196,21 @@ def _anchors(options: DrapeOptions) -> int:
         {"cluster": number, "poses": len(members), "takes": list(anchor.names) if anchor else []}
         for number, (members, anchor) in enumerate(zip(database.clusters.members, database.anchors, strict=True))
     ]
-    failed = [row["cluster"] for row in rows if not row["takes"]]
-    beside = sum(rest is not None for rest in database.beside)
+    found, beside, random = (
+        sum(each is not None for each in takes) for takes in (database.anchors, database.beside, database.random)
+    )
     if options.json:
         print(json.dumps(rows))
     else:
         poses = sum(row["poses"] for row in rows)
-        random = sum(rest is not None for rest in database.random)
-        anchors, bodies_count = len(rows) - len(failed), len(database.shapes)
-        print(f"{anchors} anchors on {bodies_count} bodies, {beside} more on one, of {poses} poses")
+        print(f"{found} anchors on {len(database.shapes)} bodies, {beside} more on one, of {poses} poses")
         if random:
             print(f"{random} random bodies in these poses")
-        if failed:
-            print(f"clusters without a pose at rest: {failed}")
-    return 1 if failed else 0
+    if shortfall := database.shortfall():
+        note(shortfall)
+    if found < LEAST_ANCHORS:
+        note(
+            f"a fit of agentdress needs {LEAST_ANCHORS} anchors, got {found}: raise --anchors or name calmer clips, or "
+            f"fit ropes to what 'hemline simulate {options.garment}' makes"
+        )
+    return 0 if found >= LEAST_ANCHORS else 1

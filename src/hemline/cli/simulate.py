@@ -124,6 +124,7 @@ def run(options: SimulateOptions) -> int:
             "frames": row.frames,
             "failed": row.failed is not None,
             "reason": row.failed,
+            "fault": row.faults.reason,
             "figures": row.figures,
         }
         for i, row in enumerate(rows)
@@ -138,6 +139,8 @@ def run(options: SimulateOptions) -> int:
                 else "  ".join(f"{k} {v:.3g}" for k, v in take["figures"].items())
             )
             print(f"{take['clip']:<16} part {take['part']}  {take['frames']:>4} frames  {state}")
+            if take["fault"]:
+                print(f"{'':<16} fits leave it out: {take['fault']}")
     return 1 if any(take["failed"] for take in takes) else 0
 
 

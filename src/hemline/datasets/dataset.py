@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from hemline import bodies
-from hemline.errors import BadDataset, BadOutput, DamagedTake
+from hemline.errors import BadBody, BadDataset, BadOutput, DamagedTake
 from hemline.files import atomic_write
 from hemline.garments.garment import Garment
 
@@ -34,6 +34,7 @@ from .row import MANIFEST_VERSION, Row, manifest_rows
 from .split import FRACTIONS, Fractions, split_by_subject
 from .take import Take, read_take, take_metadata, take_name, write_take
 from .take_checks import MAKE_AGAIN
+from .take_faults import TakeFaults, take_faults
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,8 @@ class Dataset:
 
     folder: Path
     garment: Garment
+    left_out: frozenset[str] = frozenset()
+    """Names of the takes that `clips`, `anchors` and `split` do not return, see `leave_out_faulty`."""
 
     @cached_property
     def body(self) -> bodies.Body:
@@ -97,11 +100,14 @@ class Dataset:
 
     def clips(self) -> list[Row]:
         """Returns the rows of all takes of clips that did not fail."""
-        return [row for row in self.rows() if row.kind == "clip" and row.failed is None]
+        return self._usable("clip")
 
     def anchors(self) -> list[Row]:
         """Returns the rows of all anchors that did not fail: the garment settled in given poses on given shapes."""
-        return [row for row in self.rows() if row.kind == "anchor" and row.failed is None]
+        return self._usable("anchor")
+
+    def _usable(self, kind: str) -> list[Row]:
+        return [row for row in self.rows() if row.kind == kind and row.failed is None and row.name not in self.left_out]
 
     def take(self, row: Row | str) -> Take:
         """Reads a take by its row or name.
@@ -243,6 +249,7 @@ class Dataset:
                 f"keep it in a dataset of its own; this one holds {self.garment.name} ({self.garment.hash})",
             )
         take = self.take(file.stem)
+        faults = TakeFaults({}, 1.0) if take.kind == "rest" else take_faults(take, self.garment, self._body_of(take))
         return Row(
             name=file.stem,
             kind=take.kind,
@@ -258,7 +265,16 @@ class Dataset:
             bytes=stat.st_size,
             stamp=stat.st_mtime_ns,
             simulator=take.simulator,
+            limbs_through=faults.limbs_through,
+            edge_ratio=faults.edge_ratio,
         )
+
+    def _body_of(self, take: Take) -> bodies.ShapedBody | None:
+        """Returns the body of a take; None if its file is not here."""
+        try:
+            return self.body.shaped(take.betas)
+        except BadBody:
+            return None
 
     def _write_manifest(self, rows: list[Row]) -> None:
         content = {"version": MANIFEST_VERSION, "garment": self.garment.hash, "takes": [asdict(row) for row in rows]}

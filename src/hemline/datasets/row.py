@@ -1,13 +1,14 @@
 """Rows of the index of a dataset, and reading them from `manifest.json`."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from .take_checks import is_number
+from .take_faults import TakeFaults
 
-MANIFEST_VERSION = 1
+MANIFEST_VERSION = 2
 LARGEST_MANIFEST = 10**9
 """Size above which an index is rebuilt; a million takes need less [bytes]."""
 
@@ -40,6 +41,15 @@ class Row:
     """Time of the last change of the file [ns]; a different one makes the row stale."""
     simulator: int = 0
     """Number of the simulator that made the take; 0 for older takes that do not tell."""
+    limbs_through: dict[str, float] = field(default_factory=dict)
+    """Frames in which a limb is through the cloth, by name of the limb [percent]; for clips and anchors alone."""
+    edge_ratio: float = 1.0
+    """Length of the longest edge over its length at rest; for clips and anchors alone."""
+
+    @property
+    def faults(self) -> TakeFaults:
+        """Faults because of which a take is no ground truth."""
+        return TakeFaults(self.limbs_through, self.edge_ratio)
 
 
 def manifest_rows(file: Path) -> list[Row]:
@@ -61,7 +71,7 @@ def _row(values: dict[str, Any]) -> Row:
     row = Row(**values)
     texts = all(isinstance(value, str) for value in (row.name, row.kind, row.clip, row.subject, row.sha256))
     counts = (row.part, row.frames, row.clip_frames, row.bytes, row.stamp, row.simulator)
-    numbers = (*row.betas, *row.figures.values())
+    numbers = (*row.betas, *row.figures.values(), *row.limbs_through.values(), row.edge_ratio)
     if not (texts and all(type(count) is int for count in counts) and all(is_number(value) for value in numbers)):
         raise ValueError("no row of an index")
     if not (row.failed is None or isinstance(row.failed, str)):

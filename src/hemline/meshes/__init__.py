@@ -13,6 +13,7 @@ from .edge_strains import edge_lengths as edge_lengths
 from .edge_strains import edge_strains as edge_strains
 from .edge_strains import rest_lengths as rest_lengths
 from .edge_strains import strains as strains
+from .edge_strains import worst_edge_ratio as worst_edge_ratio
 from .edges import edges as edges
 from .geodesics.geodesic_distances import geodesic_distances as geodesic_distances
 from .geodesics.geodesic_points import GeodesicMesh as GeodesicMesh
@@ -28,6 +29,7 @@ from .reading.read_obj import read_obj as read_obj
 from .rigid_bones import RigidBones as RigidBones
 from .rigid_bones import fit_weights as fit_weights
 from .rigid_bones import rigid_bones as rigid_bones
+from .segment_crossings import segment_crossings as segment_crossings
 from .self_crossings import crossing_edges as crossing_edges
 from .self_crossings import self_crossings as self_crossings
 from .shell import Shell as Shell
@@ -62,10 +64,12 @@ __all__ = [
     "read_obj",
     "rest_lengths",
     "rigid_bones",
+    "segment_crossings",
     "self_crossings",
     "shell",
     "strains",
     "subdivide",
     "vertex_normals",
     "weld",
+    "worst_edge_ratio",
 ]

@@ -6,6 +6,7 @@ needs all frames at once.
 
 from hemline.meshes import edge_strains as edge_strains
 from hemline.meshes import self_crossings as self_crossings
+from hemline.meshes import worst_edge_ratio as worst_edge_ratio
 
 from .area_change_percent import area_change_percent as area_change_percent
 from .behind_nearest_percent import behind_nearest_percent as behind_nearest_percent
@@ -19,6 +20,8 @@ from .jerk_m_s3 import JERK_FRAMES as JERK_FRAMES
 from .jerk_m_s3 import jerk_figures as jerk_figures
 from .jerk_m_s3 import jerk_m_s3 as jerk_m_s3
 from .laplacian_deviation import laplacian_deviation as laplacian_deviation
+from .limbs_through_percent import limbs_through as limbs_through
+from .limbs_through_percent import limbs_through_figures as limbs_through_figures
 from .mean_and_worst import mean_and_worst as mean_and_worst
 from .memory_mb import memory_mb as memory_mb
 from .model_mb import model_mb as model_mb
@@ -48,6 +51,8 @@ __all__ = [
     "jerk_figures",
     "jerk_m_s3",
     "laplacian_deviation",
+    "limbs_through",
+    "limbs_through_figures",
     "mean_and_worst",
     "memory_mb",
     "model_mb",
@@ -65,4 +70,5 @@ __all__ = [
     "stretch_percent",
     "vertex_error_mm",
     "vertex_errors_mm",
+    "worst_edge_ratio",
 ]

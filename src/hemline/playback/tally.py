@@ -9,6 +9,7 @@ from hemline import metrics
 from hemline.animators.base import Animator
 from hemline.animators.own_body import own_body
 from hemline.arrays import Vertices
+from hemline.bodies import LIMBS, limb_bones
 from hemline.collide import LayersReport, inside
 from hemline.compiled import threads
 from hemline.errors import BadInput
@@ -46,6 +47,8 @@ class Tally:
         self._errors_mm: list[np.ndarray] = []
         self._normal_errors_deg: list[np.ndarray] = []
         self._jerks: list[tuple[float, float]] = []
+        self._limbs_through: list[np.ndarray] = []
+        self._longest: list[float] = []
         self._recent: list[tuple[Vertices, Vertices]] = []
         self._badness = -1.0
         self._worst: tuple[int, Frame, Vertices | None] | None = None
@@ -69,7 +72,10 @@ class Tally:
         if (len(self._milliseconds) - 1) % CROSSINGS_EVERY == 0:
             self._add_through(frame)
             self._add("crossing", metrics.self_crossings(frame.vertices, garment.faces)["edge_percent"])
+        bones = limb_bones(frame.body.joints)
+        self._limbs_through.append(metrics.limbs_through(bones, frame.vertices, garment.faces))
         self._stretches.append(metrics.stretch_percent(frame.vertices, self._edges, self._lengths))
+        self._longest.append(float(metrics.worst_edge_ratio(frame.vertices, self._edges, self._lengths)))
         ripples = None if truth is None else metrics.ripple_deg(truth, garment.faces, self._pairs)
         self._ripples.append((metrics.ripple_deg(frame.vertices, garment.faces, self._pairs), ripples))
         if frame.novelty is not None:
@@ -112,9 +118,11 @@ class Tally:
             "deepest_mm": {"before": max(values["deepest_before"]), "after": max(values["deepest_after"])},
             "skin_through_percent": metrics.mean_and_worst(values["through"])
             | {"buried": float(np.mean(values["through_buried"]))},
+            "limbs_through_percent": metrics.limbs_through_figures(self._limbs_through, LIMBS),
             "self_crossing_percent": metrics.mean_and_worst(values["crossing"]),
             "edge_strain": metrics.edge_strain(np.stack(self._strains)),
             "stretch_percent": metrics.stretch_figures(self._stretches),
+            "worst_edge_ratio": max(self._longest),
             "resolved_percent": float(np.mean(values["resolved"])),
             "ripple_deg": metrics.ripple_figures(self._ripples),
             "area_change_percent": metrics.mean_and_worst(values["area"]),

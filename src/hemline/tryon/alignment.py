@@ -9,10 +9,10 @@ import numpy as np
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.bodies import skin_points
 from hemline.garments.reading.units import AXES, UP_GUESS_RATIO, to_y_up
+from hemline.meshes.segment_crossing_kernels import crossings_of_segments
 from hemline.motions.motion import JOINT_NAMES, PARENTS, Pose
 from hemline.motions.quaternions import from_axis_angle, inverse, multiply
 
-from .crossing_segment_kernels import crossings_of_segments
 from .rims import Rim, rims_of
 from .skeleton import Skeleton
 

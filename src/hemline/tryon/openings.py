@@ -6,9 +6,9 @@ import numpy as np
 
 from hemline.arrays import Faces, Vertices
 from hemline.meshes import components, face_areas, geodesic_distances
+from hemline.meshes.segment_crossing_kernels import crossings_of_segments
 from hemline.motions.motion import JOINT_NAMES
 
-from .crossing_segment_kernels import crossings_of_segments
 from .rims import Rim, rims_of
 from .skeleton import Skeleton
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from hemline.arrays import Faces, Int, Vertices
 from hemline.meshes import boundary_loops, components
+from hemline.meshes.segment_crossing_kernels import crossings_of_segments
 
-from .crossing_segment_kernels import crossings_of_segments
 from .skeleton import Skeleton
 
 SHORTEST_RIM = 0.12

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hemline.datasets import Dataset, Row, Take
+from hemline.datasets import Dataset, Row, Take, take_faults
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
@@ -114,11 +114,13 @@ class PosedTakes:
 
     Attributes:
         pose: The pose.
-        names: Names of the takes, one per shape.
+        names: Names of the takes, one for each shape on which the garment came to rest, in the order of the shapes.
+        candidate: Number of the pose among its candidates, 0 for the one that was wanted.
     """
 
     pose: Pose
     names: tuple[str, ...]
+    candidate: int = 0
 
 
 def produce_posed(
@@ -135,8 +137,10 @@ def produce_posed(
 ) -> list[PosedTakes | None]:
     """Walks a garment into poses on each of some shapes, into a dataset; existing takes are kept.
 
-    If the garment does not come to rest in a pose on one of the shapes, the next candidate replaces that pose. Failed
-    takes stay in the dataset, with the reason.
+    If the garment does not come to rest in a pose on one of the shapes, or a limb goes through the cloth there, or the
+    cloth is torn, the next candidate replaces that pose. If no candidate does for all shapes, the one that does for
+    most of them in their order is taken, and the others are left out. Failed takes stay in the dataset, with the
+    reason.
 
     Args:
         folder: The dataset; created if missing.
@@ -150,7 +154,7 @@ def produce_posed(
         report: Called with the number of an anchor, the shapes done and the total number of shapes.
 
     Returns:
-        The takes of each anchor; None if the garment came to rest in no candidate.
+        The takes of each anchor; None if the garment came to rest in no candidate on the first shape.
 
     Raises:
         BadBody: There are too many betas, or one is not finite.
@@ -238,18 +242,38 @@ def _pose_job(
     turns: tuple[int, ...],
     tell: Progress,
 ) -> Job[PosedTakes | None]:
-    """Makes one anchor on all shapes, with the first candidate in which the garment comes to rest on all of them."""
-    for pose in poses:
+    """Makes one anchor on all shapes, with the first candidate in which the garment comes to rest on all of them.
+
+    If there is none, it is the candidate that got farthest, on all shapes on which the garment comes to rest.
+    """
+    best: list[str] = []
+    chosen = 0
+    for candidate, pose in enumerate(poses):
         names: list[str] = []
         for betas in shapes:
-            take = yield from _anchor_job(dataset, setup, _Task(pose, betas, turns, method="walked"))
-            if take.failed is not None:
+            name = yield from _settle_task(dataset, setup, _Task(pose, betas, turns, method="walked"))
+            if name is None:
                 break
-            names.append(take.name)
+            names.append(name)
             tell(len(names), len(shapes))
-        if len(names) == len(shapes):
-            return PosedTakes(pose, tuple(names))
-    return None
+        if len(names) > len(best):
+            best, chosen = names, candidate
+        if len(best) == len(shapes):
+            break
+    if not best:
+        return None
+    for betas in shapes[len(best) + 1 :]:
+        name = yield from _settle_task(dataset, setup, _Task(poses[chosen], betas, turns, method="walked"))
+        best += [] if name is None else [name]
+    return PosedTakes(poses[chosen], tuple(best), chosen)
+
+
+def _settle_task(dataset: Dataset, setup: Setup, task: _Task) -> Job[str | None]:
+    """Makes an anchor; returns its name, or None if it cannot be fitted to."""
+    take = yield from _anchor_job(dataset, setup, task)
+    if take.failed is not None or take_faults(take, setup.garment, setup.body.shaped(task.shape)).reason:
+        return None
+    return take.name
 
 
 def anchor_inputs(

@@ -8,9 +8,9 @@ import numpy as np
 
 from hemline.arrays import Float
 from hemline.bodies.lifted_arms import lift_pose_arms
-from hemline.datasets import open_dataset
+from hemline.datasets import Dataset, open_dataset
 from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
-from hemline.errors import BadInput
+from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_COUNT, Motion, Pose
 from hemline.motions.pose_clusters import PoseClusters, cluster_poses, without_heading
@@ -38,7 +38,8 @@ class Database:
     Attributes:
         clusters: Clusters of the poses of the clips.
         weights: Weight of each joint in the comparison of poses.
-        anchors: Takes of each cluster; None if the garment came to rest in no pose of it.
+        anchors: Takes of each cluster, on the bodies on which the garment came to rest; None if it came to rest in no
+            pose of the cluster.
         beside: Takes of the poses on the mean shape alone, or None likewise.
         random: Takes of the random bodies, each in a pose of `beside`, or of `anchors` if there is none, or None
             likewise.
@@ -51,6 +52,23 @@ class Database:
     beside: list[PosedTakes | None]
     random: list[PosedTakes | None]
     shapes: list[tuple[float, ...]]
+
+    def shortfall(self) -> str | None:
+        """Says in one line with counts how the database differs from what was asked for; None if it does not."""
+        found = [anchor for anchor in self.anchors if anchor is not None]
+        partial = [len(self.shapes) - len(anchor.names) for anchor in found if len(anchor.names) < len(self.shapes)]
+        others = sum(anchor.candidate > 0 for anchor in found)
+        empty = len(self.anchors) - len(found)
+        parts = [f"{others} took another pose of their cluster"] * bool(others)
+        parts += [f"{len(partial)} do without {sum(partial)} of {len(self.shapes) * len(partial)} bodies"] * bool(
+            partial
+        )
+        parts += [f"{empty} are left out, no pose of their cluster came to rest"] * bool(empty)
+        parts = [f"of {len(self.anchors)} anchors " + ", ".join(parts)] * bool(parts)
+        for name, takes in (("poses on one body", self.beside), ("random bodies", self.random)):
+            missing = sum(each is None for each in takes)
+            parts += [f"{missing} of {len(takes)} {name} are left out"] * bool(missing)
+        return "; ".join(parts) or None
 
 
 def make_database(
@@ -95,6 +113,7 @@ def make_database(
 
     Raises:
         BadInput: There are fewer poses than anchors, or the body has only one shape.
+        SimulationFailed: The garment comes to rest in the T-pose on no body.
         BadDataset: The folder holds another garment's takes.
         BadOutput: The folder cannot be written.
         BadCluster: No scheduler answers, it went away, or its workers cannot make the calls; finished takes are kept.
@@ -128,6 +147,7 @@ def make_database(
         report=_counter(tell, "T-pose", len(shapes)),
     )
     dataset = open_dataset(folder)
+    _check_t_poses(dataset, garment, t_poses)
     sensitivity = mean_sensitivity([dataset.take(each.names[0]) for each in t_poses if each is not None])
     weights = joint_weights(sensitivity)
     tell("clusters", 0, 1)
@@ -183,6 +203,17 @@ def make_database(
     if not beside:
         scattered = scatter(anchors)
     return Database(clusters, weights, anchors, beside_takes, scattered, shapes)
+
+
+def _check_t_poses(dataset: Dataset, garment: Garment, t_poses: Sequence[PosedTakes | None]) -> None:
+    """Raises a SimulationFailed with its reason if the garment came to rest in the T-pose on no body."""
+    if any(t_poses):
+        return
+    reason = next((row.failed for row in dataset.rows() if row.kind == "anchor" and row.failed), "no reason is known")
+    raise SimulationFailed(
+        f"'{garment.name}' comes to rest in the T-pose on none of {len(t_poses)} bodies, which 'fit --animator "
+        f"agentdress' starts from: {reason}; simulate it with 'hemline simulate' and fit ropes, or play it with live"
+    )
 
 
 def sample_poses(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:
