@@ -9,9 +9,9 @@ import numpy as np
 from hemline.arrays import Float
 from hemline.errors import BadInput, BadMotion
 from hemline.files.gltf import Gltf, read_gltf
-from hemline.files.gltf_nodes import Nodes, decompose, read_nodes
+from hemline.files.gltf_nodes import Nodes, read_nodes
+from hemline.files.gltf_skins import bind_pose, skin_joints
 from hemline.motions.bvh import BvhSkeleton
-from hemline.motions.quaternions import to_matrix
 
 from .names import JointMatch, find_joints
 
@@ -20,12 +20,6 @@ LARGEST = 1e9
 
 _BONES_MIN = 11
 """Least number of bones of a humanoid."""
-_BONES_MAX, _SKINS_BONES_MAX = 2_000, 50_000
-"""Largest number of bones of a skin, and of all skins together."""
-_BLOCK_SIZE = 500_000
-"""Number of points that are compared at once."""
-_BIND_TOLERANCE = 1e-3
-"""Bones in the bind pose move their skin by less than this, as a fraction of its size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,28 +70,22 @@ def read_rig(path: str | Path, *, error: type[BadInput], skinned: bool) -> GltfR
     """
     gltf = read_gltf(path, error=error)
     nodes = read_nodes(gltf)
+    skins = skin_joints(gltf, len(nodes.names))
     with gltf.readable():
-        skins = [[int(joint) for joint in skin["joints"]] for skin in gltf.all("skins")]
-        if any(not 0 <= joint < len(nodes.names) for skin in skins for joint in skin):
-            raise ValueError("joints")
-        most = max(map(len, skins), default=0)
-        if most > _BONES_MAX or sum(map(len, skins)) > _SKINS_BONES_MAX:
-            what = f"a skin of {path} may have {_BONES_MAX} bones, all together {_SKINS_BONES_MAX}"
-            raise error(what, max(most, sum(map(len, skins))), "export the bones of the body alone")
         humanoid = _humanoid(gltf, len(nodes.names))
     if skinned and not any(skins):
         cure = "skin its mesh to an armature with bones, and export it with its skin"
         raise error(f"{path} has no skin", f"{len(gltf.all('meshes'))} meshes without bones", cure)
     with gltf.readable(), np.errstate(all="ignore"):
-        rest, binds, bound = _rest(gltf, nodes, skins)
-        if not all((np.abs(each) < LARGEST).all() for each in (rest, *binds)):
+        bound = bind_pose(gltf, nodes, skins)
+        if not all((np.abs(each) < LARGEST).all() for each in (bound.nodes, *bound.skins)):
             raise ValueError("places")
     bones = _bones(gltf, nodes, skins, humanoid)
     count = len({joint for skin in skins for joint in skin}) if skinned else len(bones)
     if count < _BONES_MIN:
         cure = "a body needs hips, knees, ankles, shoulders, elbows, wrists, a spine and a head"
         raise error(f"{path} is no humanoid", f"{count} bones", cure)
-    skeleton = _skeleton(nodes, bones, rest)
+    skeleton = _skeleton(nodes, bones, bound.nodes)
     at = {node: index for index, node in enumerate(bones)}
     try:
         mapped = None if humanoid is None else {name: at[node] for name, node in humanoid.items() if node in at}
@@ -105,7 +93,7 @@ def read_rig(path: str | Path, *, error: type[BadInput], skinned: bool) -> GltfR
     except BadMotion as reason:
         cure = "name its bones as Mixamo, Blender, Unreal, SMPL or VRM do; its tree is not that of a person, either"
         raise error(f"no humanoid was found in {path}: {reason.what}", reason.got, cure) from reason
-    return GltfRig(gltf, nodes, bones, skeleton, found, rest, binds, bound)
+    return GltfRig(gltf, nodes, bones, skeleton, found, bound.nodes, bound.skins, bound.is_shown)
 
 
 def _humanoid(gltf: Gltf, count: int) -> Mapping[str, int] | None:
@@ -119,79 +107,6 @@ def _humanoid(gltf: Gltf, count: int) -> Mapping[str, int] | None:
     if entries is not None and any(not 0 <= node < count for node in entries.values()):
         raise ValueError("humanBones")
     return entries
-
-
-def _rest(gltf: Gltf, nodes: Nodes, skins: list[list[int]]) -> tuple[np.ndarray, tuple[np.ndarray, ...], bool]:
-    r"""Returns transforms of nodes and of skins to the world at rest, and whether the file is in its bind pose.
-
-    If it is, the vertices of a skin are at $G_j B_j v$ with the same $G_j B_j$ for all bones ($G_j$ from node to
-    world, $B_j$ the inverse bind matrix). Otherwise the file is in another pose, and the rest pose is recovered up to
-    scale and the nearest quarter turns.
-    """
-    local = nodes.locals
-    world = nodes.to_world(local)
-    if not any(skins):
-        return world, (), True
-    binds = [_binds(gltf, skin, len(joints)) for skin, joints in zip(gltf.all("skins"), skins, strict=True)]
-    rest, known, places, bound = world.copy(), np.zeros(len(world), bool), [np.eye(4)] * len(skins), True
-    for number in sorted(range(len(skins)), key=lambda each: -len(skins[each])):
-        joints, bind = np.array(skins[number], int), binds[number]
-        if not len(joints):
-            continue
-        moved = world[joints] @ bind
-        shared = np.flatnonzero(known[joints])
-        if _agree(moved, np.linalg.inv(bind)) and (bound or not len(shared)):
-            places[number] = moved[0]
-        elif len(shared):
-            places[number] = rest[joints[shared[0]]] @ bind[shared[0]]
-        else:
-            places[number], bound = _upright(moved[0]), False
-        fresh = joints[~known[joints]]
-        rest[fresh] = places[number] @ np.linalg.inv(bind)[~known[joints]]
-        known[joints] = True
-    for node in nodes.order:
-        parent = nodes.parents[node]
-        if not known[node] and parent >= 0 and not bound:
-            rest[node] = rest[parent] @ local[node]
-    return rest, tuple(places), bound
-
-
-def _agree(moved: np.ndarray, joints: np.ndarray) -> bool:
-    """Whether all bones move the joints' positions to the same points."""
-    points = np.concatenate([joints[:, :, 3], np.array([[0.0, 0, 0, 1]])])
-    size = np.ptp(points[:, :3] @ moved[0, :3, :3].T, axis=0).max()
-    apart, some = moved - moved[:1], max(_BLOCK_SIZE // len(points), 1)
-    blocks = (apart[start : start + some] for start in range(0, len(apart), some))
-    return max(np.abs(np.einsum("jrc,pc->jpr", block, points)).max() for block in blocks) <= _BIND_TOLERANCE * max(
-        size, 1e-12
-    )
-
-
-def _binds(gltf: Gltf, skin: dict, count: int) -> np.ndarray:
-    """Returns the inverse bind matrices, which act on columns."""
-    if "inverseBindMatrices" not in skin:
-        return np.tile(np.eye(4), (count, 1, 1))
-    binds = gltf.array(skin["inverseBindMatrices"]).astype(np.float64).reshape(-1, 4, 4).swapaxes(1, 2)[:count]
-    wrong = len(binds) < count or not np.isfinite(binds).all() or (np.abs(np.linalg.det(binds)) < 1e-30).any()
-    if wrong:
-        what = f"the bind matrices of a skin of {gltf.path} must be invertible, one a bone"
-        raise gltf.error(what, f"{len(binds)} for {count} bones", "reset the bind pose, and export it again")
-    return binds
-
-
-def _upright(matrix: np.ndarray) -> np.ndarray:
-    """Returns the scale of a transform, with the quarter turns that are nearest to its rotation."""
-    _, turned, scale = decompose(matrix)
-    rotation, axes, free = to_matrix(turned), np.zeros((3, 3)), [0, 1, 2]
-    for row in np.argsort(-np.abs(rotation).max(axis=1)):
-        best = max(free, key=lambda column, at=row: abs(rotation[at, column]))
-        axes[row, best] = np.sign(rotation[row, best]) or 1
-        free.remove(best)
-    if np.linalg.det(axes) < 0:
-        axes = np.eye(3)
-    result = np.eye(4)
-    result[:3, :3] = axes * np.abs(scale).mean()
-    return result
 
 
 def _bones(gltf: Gltf, nodes: Nodes, skins: list[list[int]], humanoid: Mapping[str, int] | None) -> tuple[int, ...]:

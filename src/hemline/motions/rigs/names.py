@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from hemline.errors import BadMotion
-from hemline.motions.bvh import BvhSkeleton
+from hemline.motions.bvh import Bvh, BvhSkeleton
 
 from .bone_names import (
     FINGER_BASES,
@@ -19,6 +19,7 @@ from .bone_names import (
     plain,
     spellings,
 )
+from .tree_lengths import joints_by_lengths
 from .tree_shape import joints_by_shape
 
 
@@ -43,7 +44,9 @@ class JointMatch:
     how: str = ""
 
 
-def find_joints(skeleton: BvhSkeleton, file: str, humanoid: Mapping[str, int] | None = None) -> JointMatch:
+def find_joints(
+    skeleton: BvhSkeleton, file: str, humanoid: Mapping[str, int] | None = None, bvh: Bvh | None = None
+) -> JointMatch:
     """Matches the joints of a rig: limbs and head first, then spine, neck and collars by the chains between them.
 
     Limbs and head come from the file's own VRM map if there is one, else from known names, else from their places in
@@ -53,6 +56,7 @@ def find_joints(skeleton: BvhSkeleton, file: str, humanoid: Mapping[str, int] | 
         skeleton: The rig.
         file: Name of the file in error messages.
         humanoid: Joint of each of VRM's bones, if the file has such a map.
+        bvh: The clip of the rig, whose frames show its shape where the zero pose does not.
 
     Raises:
         BadMotion: A joint that is needed is missing.
@@ -63,6 +67,8 @@ def find_joints(skeleton: BvhSkeleton, file: str, humanoid: Mapping[str, int] | 
         return _complete_match(skeleton, file, *_by_names(skeleton, file))
     except BadMotion as reason:
         joints = joints_by_shape(skeleton)
+        if joints is None and bvh is not None:
+            joints = joints_by_lengths(bvh)
         if joints is None:
             raise
         found = _complete_match(skeleton, file, joints, {}, {})
@@ -89,8 +95,12 @@ def _by_names(skeleton: BvhSkeleton, file: str) -> tuple[dict[str, int], dict[st
     for side in ("left", "right"):
         for role, parts in PARTS.items():
             joints[f"{side}_{role}"] = _require(f"{side} {role}", spellings(side, parts), known, file)
-        if joints[f"{side}_hip"] == joints[f"{side}_knee"]:
-            _require(f"{side} hip", spellings(side, PARTS["hip"][:-1]), known, file)
+        if joints[f"{side}_hip"] == joints[f"{side}_knee"]:  # 'LeftLeg' is the thigh where there is a 'LeftShin'
+            shins = _first(spellings(side, tuple(part for part in PARTS["knee"] if part != "leg")), known)
+            if shins is None:
+                _require(f"{side} hip", spellings(side, PARTS["hip"][:-1]), known, file)
+            else:
+                joints[f"{side}_knee"] = shins
         for role, parts, before in (("foot", (*TOES, "foot"), "ankle"), ("wrist", FINGER_BASES, "")):
             joint = _first(spellings(side, parts), known)
             if joint is not None and joint != joints.get(f"{side}_{before}"):

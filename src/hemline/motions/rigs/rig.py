@@ -1,19 +1,21 @@
-"""A rig with y up, posed in each frame of a clip."""
+"""A rig posed in each frame of a clip, in the file's own axes."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
 from hemline.motions.bvh import Bvh, BvhSkeleton
-from hemline.motions.quaternions import Quaternion, Vector, angle, from_matrix, inverse, multiply, rotate
+from hemline.motions.quaternions import Vector, inverse, rotate
 
 from .names import JointMatch
+from .posing import pose_joints
 
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A rig with y up whose zero pose faces +z, in the file's unit.
+    """A rig in the zero pose and in each frame, in the file's unit and axes.
 
     Attributes:
         skeleton: Hierarchy of the rig, as in the file.
@@ -22,20 +24,46 @@ class Rig:
         ends: Offset of the End Site of leaf joints in the zero pose.
         rotations: Global rotation of each joint in each frame; identity is the zero pose.
         positions: Joint positions in each frame.
-        note: A sentence that says how the rig was turned, if it was.
     """
 
     skeleton: BvhSkeleton
     match: JointMatch
     zero: Float[np.ndarray, "joints 3"]
-    ends: dict[int, np.ndarray]
+    ends: Mapping[int, np.ndarray]
     rotations: Float[np.ndarray, "frames joints 4"]
     positions: Float[np.ndarray, "frames joints 3"]
-    note: str
+
+    def __len__(self) -> int:
+        return len(self.rotations)
+
+    def cut(self, frames: slice) -> "Rig":
+        """Returns the rig in some of its frames."""
+        return replace(self, rotations=self.rotations[frames], positions=self.positions[frames])
+
+    def sample(self, most: int) -> "Rig":
+        """Returns the rig in at most so many frames, evenly spread over the clip."""
+        return self.cut(slice(None, None, -(-len(self) // most)))
+
+    def index(self, joint: str) -> int:
+        """Returns the index of the joint of a role."""
+        return self.match.joints[joint]
+
+    def path(self, joint: str) -> Float[np.ndarray, "frames 3"]:
+        """Returns the position of the joint of a role in each frame."""
+        return self.positions[:, self.match.joints[joint]]
 
     def bone(self, joint: str, child: str) -> Vector:
         """Returns the vector from one joint to another in the zero pose."""
         return self.zero[self.match.joints[child]] - self.zero[self.match.joints[joint]]
+
+    def leg_length(self) -> float:
+        """Returns the mean length from hip to knee to ankle [file's unit]."""
+        bones = [
+            self.bone(f"{side}_{start}", f"{side}_{end}")
+            for side in ("left", "right")
+            for start, end in (("hip", "knee"), ("knee", "ankle"))
+        ]
+        return float(np.linalg.norm(bones, axis=1).sum()) / 2
 
     def tip(self, joint: int) -> Vector | None:
         """Returns the vector from a joint to its middle or index finger, first child but the thumb, or End Site."""
@@ -49,61 +77,27 @@ class Rig:
     def _children(self, joint: int) -> list[int]:
         return [child for child, parent in enumerate(self.skeleton.parents) if parent == joint]
 
-    def mean_direction(self, joint: str, points: Float[np.ndarray, "frames 3"]) -> Vector:
+    def seen_from(self, joint: int, vectors: Float[np.ndarray, "frames 3"]) -> Vector:
+        """Returns the mean of moving vectors in a joint's own frame."""
+        return rotate(inverse(self.rotations[:, joint]), vectors).mean(axis=0)
+
+    def mean_direction(self, joint: int, points: Float[np.ndarray, "frames 3"]) -> Vector:
         """Returns the mean direction from a joint to moving points, in the joint's own frame."""
-        index = self.match.joints[joint]
-        away = rotate(inverse(self.rotations[:, index]), points - self.positions[:, index])
-        return (away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-12)).mean(axis=0)
+        away = points - self.positions[:, joint]
+        return self.seen_from(joint, away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-12))
 
     def zero_tip(self, joint: int) -> Vector:
-        """Where the tip of a joint is in the zero pose; the joint itself where it has none."""
+        """Returns the position of a joint's tip in the zero pose; the joint itself where it has none."""
         tip = self.tip(joint)
         return self.zero[joint] + (np.zeros(3) if tip is None else tip)
 
     def tip_path(self, joint: int) -> Float[np.ndarray, "frames 3"]:
-        """Where that is in each frame."""
+        """Returns the position of that tip in each frame."""
         return self.positions[:, joint] + rotate(self.rotations[:, joint], self.zero_tip(joint) - self.zero[joint])
 
 
-def turn_upright(bvh: Bvh, match: JointMatch, start: int) -> Rig:
-    """Turn a rig by quarter turns so that its zero pose has y up and its left along +x, and pose it from a frame on."""
-    skeleton, zero = bvh.skeleton, bvh.skeleton.zero_positions
-    up = _nearest_axis(zero[match.joints["head"]] - zero[match.joints["pelvis"]])
-    left = _nearest_axis(zero[match.joints["left_hip"]] - zero[match.joints["right_hip"]])
-    turn = np.stack([left, up, np.cross(left, up)]) if abs(up @ left) < 0.5 else np.eye(3)
-    quarter = from_matrix(turn)
-    turned = angle(quarter) > 1e-6
-    note = f"zero pose has {_axis_name(up)} up and {_axis_name(left)} left: turned to y up, facing z" if turned else ""
-    rotations, positions = _pose_rig(bvh, match, start)
-    if turned:
-        rotations = multiply(multiply(quarter, rotations), inverse(quarter))
-        positions, zero = rotate(quarter, positions), rotate(quarter, zero)
-    ends = {joint: rotate(quarter, end) for joint, end in skeleton.ends.items()}
-    return Rig(skeleton, match, zero, ends, rotations, positions, note)
-
-
-def _pose_rig(bvh: Bvh, match: JointMatch, start: int) -> tuple[Quaternion, Vector]:
-    """Returns global rotations and positions. Bones below the pelvis keep their length, whatever their channels say."""
-    rotations = bvh.rotations[start:].copy()
-    positions = np.empty((*rotations.shape[:2], 3))
-    for joint, parent in enumerate(bvh.skeleton.parents):
-        moving = joint in match.carriers and joint in bvh.positions
-        place = bvh.positions[joint][start:] if moving else bvh.skeleton.offsets[joint]
-        if parent < 0:
-            positions[:, joint] = place
-        else:
-            rotations[:, joint] = multiply(rotations[:, parent], rotations[:, joint])
-            positions[:, joint] = positions[:, parent] + rotate(rotations[:, parent], place)
-    return rotations, positions
-
-
-def _nearest_axis(direction: Vector) -> Vector:
-    axis = np.zeros(3)
-    best = np.argmax(np.abs(direction))
-    axis[best] = np.sign(direction[best])
-    return axis
-
-
-def _axis_name(axis: Vector) -> str:
-    best = int(np.argmax(np.abs(axis)))
-    return ("-" if axis[best] < 0 else "") + "xyz"[best]
+def pose_rig(bvh: Bvh, match: JointMatch) -> Rig:
+    """Poses a rig in all frames. Bones below the pelvis keep their length, whatever their channels say."""
+    skeleton = bvh.skeleton
+    rotations, positions = pose_joints(bvh, match.carriers)
+    return Rig(skeleton, match, skeleton.zero_positions, skeleton.ends, rotations, positions)

@@ -32,12 +32,12 @@ def joints_by_shape(skeleton: BvhSkeleton) -> dict[str, int] | None:
     size = float(np.ptp(places, axis=0).max())
     if not size > 0:
         return None
-    tree = _Tree(skeleton, places)
+    tree = Tree(skeleton, places)
     candidates = [_standing(tree, size, up, across) for up, across in ((1, 0), (2, 0), (1, 2), (2, 1))]
     return next((each for each in candidates if each is not None), None)
 
 
-class _Tree:
+class Tree:
     """Children of the joints, and the chain from each joint down to the end that is farthest along the bones."""
 
     def __init__(self, skeleton: BvhSkeleton, places: Float[np.ndarray, "joints 3"]) -> None:
@@ -48,8 +48,9 @@ class _Tree:
             if parent >= 0:
                 self.children[parent].append(joint)
         above = [max(parent, 0) for parent in skeleton.parents]
-        bones = np.linalg.norm(places - places[above], axis=1).tolist()
-        reach, self._after = [0.0] * len(places), [-1] * len(places)
+        self.bones = bones = np.linalg.norm(places - places[above], axis=1).tolist()
+        self.reach = reach = [0.0] * len(places)
+        self._after = [-1] * len(places)
         for joint in reversed(range(len(places))):
             farthest = max(self.children[joint], key=lambda child: bones[child] + reach[child], default=-1)
             if farthest >= 0:
@@ -66,7 +67,7 @@ class _Tree:
     def limb(self, joint: int) -> list[int] | None:
         """Returns the three joints of that chain whose two bones are the longest."""
         if joint not in self._limbs:
-            self._limbs[joint] = _longest_two(self.places, self.chain(joint))
+            self._limbs[joint] = longest_two(self.places, self.chain(joint))
         return self._limbs[joint]
 
     def below(self, joint: int) -> list[int]:
@@ -82,7 +83,7 @@ class _Tree:
         return list(itertools.islice(each, _PAIRS_MAX))
 
 
-def _standing(tree: _Tree, size: float, up: int, across: int) -> dict[str, int] | None:
+def _standing(tree: Tree, size: float, up: int, across: int) -> dict[str, int] | None:
     """Returns the joints, if the axis `up` is up and `across` points from side to side."""
     places = tree.places
     mirrored = []
@@ -109,7 +110,7 @@ def _standing(tree: _Tree, size: float, up: int, across: int) -> dict[str, int] 
     return _assign_sides(tree, legs, arms, head, up, across)
 
 
-def _longest_two(places: np.ndarray, chain: list[int]) -> list[int] | None:
+def longest_two(places: np.ndarray, chain: list[int]) -> list[int] | None:
     """Returns the three consecutive joints of a chain whose two bones are the longest."""
     if len(chain) < 3:
         return None
@@ -135,7 +136,7 @@ def _length(places: np.ndarray, start: int, end: int) -> float:
     return float(np.linalg.norm(places[end] - places[start]))
 
 
-def _head(tree: _Tree, arms: tuple, up: int) -> int | None:
+def _head(tree: Tree, arms: tuple, up: int) -> int | None:
     """Returns the end of the chain that goes up between the arms, or the joint below it if the end is a mere tip."""
     others = [child for child in tree.children[arms[0]] if child not in (arms[1][0][0], arms[1][1][0])]
     if not others:
@@ -147,7 +148,7 @@ def _head(tree: _Tree, arms: tuple, up: int) -> int | None:
     return line[min(1, len(line) - 1)]
 
 
-def _assign_sides(tree: _Tree, legs: tuple, arms: tuple, head: int, up: int, across: int) -> dict[str, int]:
+def _assign_sides(tree: Tree, legs: tuple, arms: tuple, head: int, up: int, across: int) -> dict[str, int]:
     """Tells left from right by the direction of the toes, and names the joints."""
     places = tree.places
     ahead = 3 - up - across
@@ -168,6 +169,6 @@ def _assign_sides(tree: _Tree, legs: tuple, arms: tuple, head: int, up: int, acr
     return joints
 
 
-def _tip(tree: _Tree, chain: list[int], limb: list[int]) -> np.ndarray:
+def _tip(tree: Tree, chain: list[int], limb: list[int]) -> np.ndarray:
     last = chain[-1]
     return tree.places[last] + tree.ends.get(last, np.zeros(3)) if last != limb[2] else tree.places[last]
