@@ -18,8 +18,9 @@ from itertools import pairwise
 from selenium import webdriver
 
 from hemline.cli.view import ViewOptions, open_catalog
-from hemline.view import Page, stage
-from hemline.view.requests import Request
+from hemline.view import Page
+from hemline.view.browser.requests import Request
+from hemline.view.stage import stage
 
 SECONDS = 6.0  # shorter than the clip, whose restart is not counted
 CLICKS = 6

@@ -29,7 +29,7 @@ from hemline.compiled import use_threads
 from hemline.datasets import Dataset, open_dataset
 from hemline.datasets.joint_sensitivity import derivatives_by_joint
 from hemline.learning.pca import principal_of_rows
-from papers.agentdress.pairs import Pair, mean_distance_mm, settle_pairs
+from papers.agentdress.settled.pairs import Pair, mean_distance_mm, settle_pairs
 from papers.report import ROOT, Page, Row, origin_of, parse_options, read_rows, record
 
 NAME = "agentdress_beyond"

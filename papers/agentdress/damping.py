@@ -26,8 +26,8 @@ from hemline.compiled import use_threads
 from hemline.datasets import Take, open_dataset
 from hemline.metrics.jerk_m_s3 import JERK_FRAMES, jerk_m_s3
 from hemline.playback.player.frame import Frame
-from papers.agentdress.ablations import binding_of
-from papers.agentdress.residual import Residual
+from papers.agentdress.models.ablations import binding_of
+from papers.agentdress.settled.residual import Residual
 from papers.report import ROOT, Page, Row, mean_of, origin_of, parse_options, record, verdict
 from papers.rope_chains.drawing.figure import axes, save_sheet
 

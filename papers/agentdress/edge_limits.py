@@ -14,7 +14,7 @@ from hemline.bench.machine import commit, machine
 from hemline.collide import EdgeLimits
 from hemline.datasets import Dataset, Row, open_dataset
 from hemline.meshes import rest_lengths
-from papers.agentdress.pairs import mean_distance_mm
+from papers.agentdress.settled.pairs import mean_distance_mm
 from papers.report import parse_options
 
 STRETCHES = (None, 1.3, 1.2, 1.15, 1.1, 1.05)

@@ -28,7 +28,7 @@ from hemline.datasets import Dataset, open_dataset
 from hemline.datasets.joint_sensitivity import joint_weights
 from hemline.errors import BadDataset
 from hemline.garments import Garment
-from papers.agentdress.ablations import (
+from papers.agentdress.models.ablations import (
     Errors,
     PoseModel,
     binding_of,
@@ -40,8 +40,8 @@ from papers.agentdress.ablations import (
     ridge_regression,
     variants_of,
 )
-from papers.agentdress.drawing import draw_errors
-from papers.agentdress.pairs import Pair, cluster_centres, mean_distance_mm, settle_nearby, settle_pairs
+from papers.agentdress.report.drawing import draw_errors
+from papers.agentdress.settled.pairs import Pair, cluster_centres, mean_distance_mm, settle_nearby, settle_pairs
 from papers.report import ROOT, Page, Row, origin_of, parse_options, record
 from papers.rope_chains.drawing.figure import axes, save_sheet
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hemline.bench.machine import commit
-from papers.agentdress.summary import GARMENT, write_pages, write_summary
+from papers.agentdress.report.summary import GARMENT, write_pages, write_summary
 from papers.report import RESULTS, ROOT, read_rows
 
 TRUTH = ("walk", "run", "kick", "jump", "dance")

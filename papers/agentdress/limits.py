@@ -27,8 +27,8 @@ from hemline.garments import Garment
 from hemline.meshes import edge_strains
 from hemline.motions.motion import Pose
 from hemline.sim import produce_rests
-from papers.agentdress.ablations import binding_of, with_offsets
-from papers.agentdress.pairs import choose_pairs, mean_distance_mm, settle_in_poses
+from papers.agentdress.models.ablations import binding_of, with_offsets
+from papers.agentdress.settled.pairs import choose_pairs, mean_distance_mm, settle_in_poses
 from papers.report import ROOT, Page, Row, join_numbers, mean_of, origin_of, parse_options, record
 from papers.rope_chains.drawing.figure import axes, save_sheet
 

@@ -24,9 +24,9 @@ from hemline.compiled import use_threads
 from hemline.datasets import Take, open_dataset
 from hemline.meshes import rest_lengths
 from hemline.playback import Player
-from papers.agentdress.loose_animators import DressSimulation, OnLightSkirt, PlaySimulation
-from papers.agentdress.loose_data import SHAPES, Trial, make_anchors, make_trials
-from papers.agentdress.pairs import mean_distance_mm
+from papers.agentdress.models.loose_animators import DressSimulation, OnLightSkirt, PlaySimulation
+from papers.agentdress.settled.loose_data import SHAPES, Trial, make_anchors, make_trials
+from papers.agentdress.settled.pairs import mean_distance_mm
 from papers.report import ROOT, Page, Row, join_numbers, mean_of, origin_of, parse_options, record
 
 NAME = "agentdress_loose_shapes"

@@ -26,8 +26,8 @@ from hemline.compiled import use_threads
 from hemline.datasets import Dataset, open_dataset
 from hemline.garments import Garment
 from hemline.garments.material import Material
-from papers.agentdress.ablations import binding_of
-from papers.agentdress.pairs import choose_pairs, mean_distance_mm, settle_in_poses
+from papers.agentdress.models.ablations import binding_of
+from papers.agentdress.settled.pairs import choose_pairs, mean_distance_mm, settle_in_poses
 from papers.report import mean_of, parse_options, record
 
 NAME = "agentdress_materials"

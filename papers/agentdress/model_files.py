@@ -12,8 +12,8 @@ import numpy as np
 from hemline import animators
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.compiled import use_threads
-from papers.agentdress.ablations import errors_on_mean_body, errors_on_random_bodies
-from papers.agentdress.pairs import settle_pairs
+from papers.agentdress.models.ablations import errors_on_mean_body, errors_on_random_bodies
+from papers.agentdress.settled.pairs import settle_pairs
 from papers.report import parse_options, record
 
 NAME = "agentdress_model_files"

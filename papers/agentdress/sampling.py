@@ -20,8 +20,8 @@ from hemline.compiled import use_threads
 from hemline.datasets import open_dataset
 from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
 from hemline.motions.motion import Pose
-from papers.agentdress.pairs import cluster_centres, mean_distance_mm
-from papers.agentdress.rigged_examples import STIFFNESS, Chosen, Examples, rig_anchors
+from papers.agentdress.models.rigged_examples import STIFFNESS, Chosen, Examples, rig_anchors
+from papers.agentdress.settled.pairs import cluster_centres, mean_distance_mm
 from papers.report import ROOT, Page, Row, origin_of, parse_options, record
 from papers.rope_chains.drawing.figure import axes, save_sheet
 

@@ -31,7 +31,8 @@ from hemline.datasets import Dataset, open_dataset
 from hemline.garments import Garment
 from hemline.motions.motion import Pose
 from hemline.sim import Rest, settle
-from papers.agentdress.neighbours import (
+from papers.agentdress.models.rigged_examples import rig_anchors
+from papers.agentdress.settled.neighbours import (
     Neighbour,
     SettleFromAnchor,
     SettleFromRest,
@@ -40,8 +41,7 @@ from papers.agentdress.neighbours import (
     step_from,
     without_friction,
 )
-from papers.agentdress.pairs import mean_distance_mm
-from papers.agentdress.rigged_examples import rig_anchors
+from papers.agentdress.settled.pairs import mean_distance_mm
 from papers.report import ROOT, Page, Row, join_numbers, origin_of, parse_options, record, verdict
 from papers.rope_chains.drawing.figure import axes, save_sheet
 

@@ -21,8 +21,7 @@ from hemline.animators.agentdress.fit.fit import fit_anchors
 from hemline.collide.winding.numbers import inside
 from hemline.compiled import use_threads
 from hemline.datasets import open_dataset
-from papers.agentdress.drawing import draw_errors
-from papers.agentdress.shape_predictions import (
+from papers.agentdress.models.shape_predictions import (
     COMPONENTS,
     RIDGE,
     ShapePredictions,
@@ -30,6 +29,7 @@ from papers.agentdress.shape_predictions import (
     draw_shapes,
     settle_drapes,
 )
+from papers.agentdress.report.drawing import draw_errors
 from papers.report import ROOT, Page, Row, join_numbers, origin_of, parse_options, record, verdict
 from papers.rope_chains.drawing.figure import axes, save_sheet
 

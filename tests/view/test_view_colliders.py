@@ -7,7 +7,7 @@ from hemline import bodies, motions
 from hemline.collide.primitives.primitive_kernels import ROUND_CONE
 from hemline.collide.primitives.proxy import BodyProxy
 from hemline.meshes import face_normals
-from hemline.view.colliders import cone_surfaces
+from hemline.view.browser.colliders import cone_surfaces
 
 
 def test_every_vertex_is_on_its_own_cone_and_none_is_deep_inside_all():

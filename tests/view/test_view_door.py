@@ -11,7 +11,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from hemline.access import WAITING
 from hemline.errors import HemlineError
-from hemline.view import Page, server
+from hemline.view import Page
+from hemline.view.browser import server
 from tests.view.view_samples import catalog, serving
 from tests.view.visitor import connect, viser, visiting
 

@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from hemline.view.requests import Request
+from hemline.view.browser.requests import Request
 from tests.view.view_samples import catalog, clip, serving, shirt
 
 viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'hemline[view]'")

@@ -6,10 +6,11 @@ import pytest
 from hemline.collide import inside
 from hemline.errors import BadInput
 from hemline.view import Catalog, Choice, PlayedClip, SimulatedClip
-from hemline.view.bands import COLOURS, ERROR, STRETCH, split
-from hemline.view.catalog import NO_MODEL
-from hemline.view.downloads import clip_of, file_of
-from hemline.view.measures import (
+from hemline.view.browser.bands import COLOURS, ERROR, STRETCH, split
+from hemline.view.browser.downloads import clip_of, file_of
+from hemline.view.browser.requests import Request, Requests
+from hemline.view.stage.catalog import NO_MODEL
+from hemline.view.stage.measures import (
     STAGES,
     FrameMeasures,
     cloth_of,
@@ -19,7 +20,6 @@ from hemline.view.measures import (
     stretches,
     worst_frames,
 )
-from hemline.view.requests import Request, Requests
 from tests.view.view_samples import catalog, clip, shirt, stage, take
 
 

@@ -20,7 +20,7 @@ from hemline.access import HOST  # noqa: E402
 from hemline.cli import main  # noqa: E402
 from hemline.errors import BadInput, MissingExtra  # noqa: E402
 from hemline.view import Page  # noqa: E402
-from hemline.view.requests import Request  # noqa: E402
+from hemline.view.browser.requests import Request  # noqa: E402
 from tests.study.browser import browsing  # noqa: E402
 
 DEADLINE = 90.0

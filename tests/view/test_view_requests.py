@@ -10,9 +10,10 @@ import pytest
 from PIL import Image
 
 from hemline.errors import BadInput
-from hemline.view import Catalog, Page, validate
-from hemline.view.page import LOOK_VALUES
-from hemline.view.requests import Request
+from hemline.view import Catalog, Page
+from hemline.view.browser import validate
+from hemline.view.browser.page import LOOK_VALUES
+from hemline.view.browser.requests import Request
 from tests.view.view_samples import catalog, clip, serving, shirt
 from tests.view.visitor import ConnectionClosed, Visitor, visiting
 

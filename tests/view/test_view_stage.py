@@ -9,8 +9,8 @@ from hemline.animators.ropes import AnimatorRopes
 from hemline.errors import BadInput
 from hemline.playback import Player
 from hemline.view import BodyShift, PlayedClip, SimulatedClip, Stage
-from hemline.view import stage as stage_module
-from hemline.view.wind import takes_wind, with_wind
+from hemline.view.stage import stage as stage_module
+from hemline.view.stage.wind import takes_wind, with_wind
 from tests.view.view_samples import FPS, body, clip, shirt, stage, take
 
 BETAS = (1.5, -1.0, 0.5)

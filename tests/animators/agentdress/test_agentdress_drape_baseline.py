@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hemline.errors import BadMesh
-from papers.agentdress.drape_baseline import DrapeShapeModel, Poisson
+from papers.agentdress.models.drape_baseline import DrapeShapeModel, Poisson
 
 TURN, SHIFT = Rotation.from_rotvec([0.4, -1.1, 0.3]).as_matrix(), np.array([0.3, -0.2, 0.5])
 

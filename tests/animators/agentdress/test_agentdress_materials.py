@@ -18,7 +18,7 @@ from hemline.garments.material import MATERIALS, Material
 from hemline.motions import Pose
 from hemline.playback import Player
 from hemline.sim import rest_drape
-from hemline.view.catalog import Catalog, Choice
+from hemline.view.stage.catalog import Catalog, Choice
 from hemline.web.agentdress_part import agentdress_part
 from tests.animators import formula_garment as made
 

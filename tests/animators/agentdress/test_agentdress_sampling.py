@@ -6,9 +6,9 @@ from hemline import bodies, garments
 from hemline.collide import inside
 from hemline.garments import coarser_garment
 from hemline.sim.rest.settle import rest_state
-from papers.agentdress.pairs import cluster_centres
-from papers.agentdress.residual import Residual
 from papers.agentdress.sampling import choose_greedily
+from papers.agentdress.settled.pairs import cluster_centres
+from papers.agentdress.settled.residual import Residual
 
 LINE = np.array([0.0, 0.1, 0.2, 1.0, 1.1, 5.0])
 

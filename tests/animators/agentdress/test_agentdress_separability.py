@@ -10,8 +10,8 @@ from hemline.garments import coarser_garment
 from hemline.motions.quaternions import inverse, multiply, to_axis_angle
 from hemline.sim import settle
 from hemline.sim.rest.settle import rest_state
-from papers.agentdress.neighbours import SettleFromAnchor, random_directions, step_from
 from papers.agentdress.separability import SLOPE_DISTANCES, slope_of
+from papers.agentdress.settled.neighbours import SettleFromAnchor, random_directions, step_from
 
 
 @cache

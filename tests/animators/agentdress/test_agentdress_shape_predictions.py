@@ -6,8 +6,9 @@ import pytest
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
 from hemline.animators.agentdress.fit.fit import fit_anchors
-from papers.agentdress import limits, summary
-from papers.agentdress.shape_predictions import Drapes, ShapePredictions, anchor_drapes, distances_mm, push_out
+from papers.agentdress import limits
+from papers.agentdress.models.shape_predictions import Drapes, ShapePredictions, anchor_drapes, distances_mm, push_out
+from papers.agentdress.report import summary
 from papers.report import Page
 from tests.animators import formula_garment as made
 

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from typing import Any
 
 from hemline.bodies import ShapedBody
+from hemline.view.stage.catalog import Catalog, Choice
+from hemline.view.stage.measures import STAGES
 
 from . import html_text
-from .catalog import Catalog, Choice
-from .measures import STAGES
 from .requests import Request
 from .scene import BODIES, PAINTS
 

@@ -11,19 +11,20 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from hemline.view.stage.body_shift import BodyShift
+from hemline.view.stage.catalog import Catalog, Choice
+from hemline.view.stage.measures import STAGES, FrameMeasures, measure_frame, worst_frames
+from hemline.view.stage.source import PlayedClip
+from hemline.view.stage.stage import Stage
+
 from . import html_text, validate
 from .bands import STRETCH
-from .body_shift import BodyShift
-from .catalog import Catalog, Choice
 from .downloads import ENDINGS, clip_of, file_of
 from .frame_throttle import FrameThrottle
-from .measures import STAGES, FrameMeasures, measure_frame, worst_frames
 from .panel import BETA, BREEZE, NONE_YET, OWN, SPEEDS, Panel
 from .requests import Request, Requests
 from .scene import BODIES, PAINTS, Look, Scene
 from .server import in_loop, start_server
-from .source import PlayedClip
-from .stage import Stage
 
 STATUS_INTERVAL = 0.25
 """Time from one update of the status to the next [s]."""

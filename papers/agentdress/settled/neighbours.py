@@ -13,7 +13,7 @@ from hemline.motions.motion import JOINT_COUNT, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim import Rest, SimSettings, settle
 from hemline.sim.takes.anchors import anchor_inputs
-from papers.agentdress.pairs import settle_in_poses
+from papers.agentdress.settled.pairs import settle_in_poses
 
 BETAS = 4
 """Number of shape parameters that change, the first ones."""

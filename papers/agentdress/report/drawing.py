@@ -6,7 +6,7 @@ import numpy as np
 
 from hemline import pictures
 from hemline.bodies import PosedBody
-from papers.agentdress.pairs import mean_distance_mm
+from papers.agentdress.settled.pairs import mean_distance_mm
 
 FAR, MARK = 0.010, (0.10, 0.62, 0.20)
 """Distance to the simulation from which a vertex is marked [m], and the colour of the mark."""

@@ -14,7 +14,7 @@ from hemline.arrays import Float
 from hemline.bodies.body import ShapedBody
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import to_matrix
-from papers.agentdress.pairs import Pair, mean_distance_mm
+from papers.agentdress.settled.pairs import Pair, mean_distance_mm
 
 Offsets = Float[np.ndarray, "verts 3"]
 PoseModel = Callable[[Pose], Offsets]

@@ -9,7 +9,7 @@ from hemline.animators.agentdress.sor.rigging import relative_transforms, skin_p
 from hemline.arrays import Float, Int, Vertices
 from hemline.datasets import Dataset
 from hemline.motions.motion import Pose
-from papers.agentdress.residual import Residual, ResidualSize
+from papers.agentdress.settled.residual import Residual, ResidualSize
 
 STIFFNESS = 1e-2
 """Cost of changing the skin weights; fixed, as `RiggedAnchors.search` would rig all anchors once per candidate."""

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from hemline import export
 from hemline.playback import record
-
-from .stage import Stage
+from hemline.view.stage.stage import Stage
 
 ENDINGS = ("glb", "webp")
 """Formats that the page offers; each is a single file."""

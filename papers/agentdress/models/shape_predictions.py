@@ -18,9 +18,9 @@ from hemline.garments import Garment
 from hemline.learning.pca import principal_of_rows
 from hemline.motions.motion import Pose
 from hemline.sim import random_shapes
-from papers.agentdress.ablations import with_offsets
-from papers.agentdress.drape_baseline import DrapeShapeModel, Poisson
-from papers.agentdress.pairs import settle_in_poses
+from papers.agentdress.models.ablations import with_offsets
+from papers.agentdress.models.drape_baseline import DrapeShapeModel, Poisson
+from papers.agentdress.settled.pairs import settle_in_poses
 
 Shapes = Float[np.ndarray, "shapes betas"]
 Worn = Float[np.ndarray, "shapes verts 3"]

@@ -13,12 +13,12 @@ from hemline.animators.ropes import AnimatorRopes
 from hemline.arrays import Vertices
 from hemline.collide.primitives.proxy import BodyProxy
 from hemline.pictures import BODY, CLOTH, TRUTH, clearest_view, view_axes
+from hemline.view.stage.measures import STAGES, cloth_of, errors, inside_body, stretches
+from hemline.view.stage.source import PlayedClip
+from hemline.view.stage.stage import Stage
 
 from .bands import COLOURS, ERROR, STRETCH, Scale, split
 from .colliders import cone_surfaces
-from .measures import STAGES, cloth_of, errors, inside_body, stretches
-from .source import PlayedClip
-from .stage import Stage
 
 PLAIN, BODIES = "one colour", ("solid", "see-through", "hidden")
 PAINTS: dict[str, Scale | None] = {PLAIN: None, "stretch": STRETCH, "error to the simulation": ERROR}

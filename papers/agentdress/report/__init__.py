@@ -1,0 +1,1 @@
+"""Pictures of errors, and the summary of all experiments."""
