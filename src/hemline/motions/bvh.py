@@ -1,21 +1,26 @@
 """Reads Biovision hierarchies (BVH) with any joints and any order of channels."""
 
+import re
+import warnings
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from hemline.errors import BadMotion
+from hemline.errors import BadMotion, HemlineWarning
 from hemline.files.reading import TEXT_MAX, read_text
 
-from .motion import FRAMES_MAX, check_rate
+from .motion import FRAMES_MAX, RATES, check_rate
 from .quaternions import from_euler
 
-_ROTATIONS = {"Xrotation": "X", "Yrotation": "Y", "Zrotation": "Z"}
-_POSITIONS = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
+_ROTATIONS = {"xrotation": "X", "yrotation": "Y", "zrotation": "Z"}
+_POSITIONS = {"xposition": 0, "yposition": 1, "zposition": 2}
+_SECTION = re.compile(r"^\s*MOTION\s*$", re.IGNORECASE | re.MULTILINE)
+_FRAMES_LINE = re.compile(r"\s*Frames\s*:?\s*(\S*)[^\S\n]*(?:\n|$)", re.IGNORECASE)
+_TIME_LINE = re.compile(r"\s*Frame\s*Time\s*:?\s*(\S*)[^\S\n]*(?:\n|$)", re.IGNORECASE)
 _JOINTS_MAX = 5_000
 _LARGEST = 1e9
 """Limit of angles and positions, in any unit."""
@@ -61,32 +66,80 @@ class Bvh:
         positions: Position relative to the parent, by joint index, of the root and of each joint that has channels for
             it; it replaces the offset [file's unit].
         fps: Frames a second.
+        notes: What was guessed or mended when it was read, one sentence each.
     """
 
     skeleton: BvhSkeleton
     rotations: Float[np.ndarray, "frames joints 4"]
     positions: dict[int, Float[np.ndarray, "frames 3"]]
     fps: float
+    notes: tuple[str, ...] = ()
 
 
 def read_bvh(path: str | Path) -> Bvh:
     """Reads a BVH file as it is: nothing is renamed, scaled or turned.
 
+    It takes what other readers take, and `Bvh.notes` says so: other cases and spacing, a byte order mark, another
+    number of rows than declared, decimal commas, and several roots, of which the one with the most joints is read.
+
     Raises:
         BadMotion: The file is missing, too large, truncated or not a BVH, a number cannot be parsed or is not finite,
-            the numbers do not match the declared frames and channels, there are more joints than channels, or the rate
-            is implausible.
+            the rows do not have a number a channel, there are more joints than channels, or the rate is implausible.
     """
     path = Path(path)
     text = read_text(path, TEXT_MAX, error=BadMotion, cure="name a BVH file", encoding="utf-8", strict=False)
-    head, found, tail = text.partition("MOTION")
-    if not found or not head.lstrip().startswith("HIERARCHY"):
-        got = "no section HIERARCHY" if "HIERARCHY" not in head else "no section MOTION"
+    section = _SECTION.search(text)
+    head = text[: section.start()] if section else text
+    if section is None or not head.lstrip().upper().startswith("HIERARCHY"):
+        got = "no section HIERARCHY" if "HIERARCHY" not in head.upper() else "no section MOTION"
         raise BadMotion(f"{path} is no whole BVH file", got, "copy it again from where it was made")
-    skeleton = _hierarchy(head.split(), path)
-    values, fps = _frames(tail, sum(map(len, skeleton.channels)), path)
-    _refuse_bare_joints(skeleton, values, path)
-    return Bvh(skeleton, _rotations(skeleton, values), _positions(skeleton, values), fps)
+    whole = _hierarchy(head.split(), path)
+    skeleton, columns, roots_note = _one_tree(whole, path)
+    values, fps, notes = _frames(text[section.end() :], (len(columns), int(columns.sum())), path)
+    _refuse_bare_joints(whole, values, path)
+    values = values[:, columns] if values.shape[1] == len(columns) else values
+    positions = _positions(skeleton, values)
+    if not np.any(skeleton.offsets[1:]) and len(positions) > 1:
+        skeleton = _offsets_from_positions(skeleton, positions)
+        notes = (*notes, "all OFFSETs are zero: bones are those of the first frame's positions")
+    notes = (*notes, roots_note) if roots_note else notes
+    return Bvh(skeleton, _rotations(skeleton, values), positions, fps, notes)
+
+
+def _one_tree(skeleton: BvhSkeleton, path: Path) -> tuple[BvhSkeleton, np.ndarray, str]:
+    """Returns the tree with the most joints of several, which channels are its own, and a note."""
+    root_of = list(range(len(skeleton.names)))
+    for joint, parent in enumerate(skeleton.parents):
+        root_of[joint] = root_of[parent] if parent >= 0 else joint
+    sizes = Counter(root_of)
+    chosen = max(sizes, key=lambda root: (sizes[root], -root))
+    kept = [joint for joint, root in enumerate(root_of) if root == chosen]
+    twice = Counter(skeleton.names[joint] for joint in kept).most_common(1)[0]
+    if twice[1] > 1:
+        what = f"joints of {path} must have different names"
+        raise BadMotion(what, f"'{twice[0][:60]}' twice", "rename one of them")
+    columns = np.repeat(root_of, [len(channels) for channels in skeleton.channels]) == chosen
+    if len(sizes) == 1:
+        return skeleton, columns, ""
+    at = {joint: place for place, joint in enumerate(kept)}
+    tree = BvhSkeleton(
+        names=tuple(skeleton.names[joint] for joint in kept),
+        parents=tuple(at.get(skeleton.parents[joint], -1) for joint in kept),
+        offsets=skeleton.offsets[kept],
+        ends={at[joint]: end for joint, end in skeleton.ends.items() if joint in at},
+        channels=tuple(skeleton.channels[joint] for joint in kept),
+    )
+    others = ", ".join(f"'{skeleton.names[root]}' ({count} joints)" for root, count in sizes.items() if root != chosen)
+    note = f"several roots: '{skeleton.names[chosen]}' ({len(kept)} joints) is read, {others} left out"
+    return tree, columns, note
+
+
+def _offsets_from_positions(skeleton: BvhSkeleton, positions: dict[int, np.ndarray]) -> BvhSkeleton:
+    offsets = skeleton.offsets.copy()
+    for joint, places in positions.items():
+        if skeleton.parents[joint] >= 0:
+            offsets[joint] = places[0]
+    return replace(skeleton, offsets=offsets)
 
 
 def _refuse_bare_joints(skeleton: BvhSkeleton, values: np.ndarray, path: Path) -> None:
@@ -112,7 +165,7 @@ def _hierarchy(words: list[str], path: Path) -> BvhSkeleton:
     place = 1
     try:
         while place < len(words):
-            word = words[place]
+            word = words[place].upper()
             if word in ("ROOT", "JOINT"):
                 brace = words.index("{", place)
                 parents.append(open_joints[-1] if open_joints else -1)
@@ -121,7 +174,7 @@ def _hierarchy(words: list[str], path: Path) -> BvhSkeleton:
                 offsets.append([0.0, 0.0, 0.0])
                 channels.append(())
                 place = brace + 1
-            elif word == "End":
+            elif word == "END":
                 open_joints.append(-1)
                 place = words.index("{", place) + 1
             elif word == "OFFSET":
@@ -135,7 +188,7 @@ def _hierarchy(words: list[str], path: Path) -> BvhSkeleton:
                 place += 4
             elif word == "CHANNELS":
                 count = int(words[place + 1])
-                listed = tuple(words[place + 2 : place + 2 + count])
+                listed = tuple(channel.lower() for channel in words[place + 2 : place + 2 + count])
                 if any(name not in _ROTATIONS and name not in _POSITIONS for name in listed) or len(listed) != count:
                     raise _BadBvh(f"CHANNELS {' '.join(words[place + 1 : place + 5])[:60]}")
                 channels[open_joints[-1]] = listed
@@ -144,11 +197,9 @@ def _hierarchy(words: list[str], path: Path) -> BvhSkeleton:
                 open_joints.pop()
                 place += 1
             else:
-                raise _BadBvh(f"'{word[:60]}'")
+                raise _BadBvh(f"'{words[place][:60]}'")
         if open_joints or not names:
             raise _BadBvh("an end inside a joint")
-        if parents.count(-1) > 1:
-            raise _BadBvh("two roots")
         if not (np.abs(offsets) < _LARGEST).all():
             raise _BadBvh(f"an OFFSET that is NaN, infinite or beyond {_LARGEST:g}")
     except (ValueError, IndexError) as reason:
@@ -157,24 +208,30 @@ def _hierarchy(words: list[str], path: Path) -> BvhSkeleton:
     if len(names) > _JOINTS_MAX:
         cure = "export the bones of the body alone"
         raise BadMotion(f"{path} may have {_JOINTS_MAX} joints", len(names), cure)
-    if len(set(names)) != len(names):
-        twice = Counter(names).most_common(1)[0][0]
-        raise BadMotion(f"joints of {path} must have different names", f"'{twice[:60]}' twice", "rename one of them")
     return BvhSkeleton(tuple(names), tuple(parents), np.array(offsets), ends, tuple(channels))
 
 
-def _frames(text: str, channel_count: int, path: Path) -> tuple[np.ndarray, float]:
+def _frames(text: str, widths: tuple[int, int], path: Path) -> tuple[np.ndarray, float, tuple[str, ...]]:
+    """Returns the numbers of each frame, the rate, and notes.
+
+    Args:
+        text: The file after MOTION.
+        widths: Number of channels of all roots, and of the one that is read: some files have no numbers for others.
+        path: The file.
+    """
     again = "copy the file again from where it was made"
-    lines = text.lstrip().split("\n", 2)
-    try:
-        if not (lines[0].startswith("Frames:") and lines[1].strip().startswith("Frame Time:")):
-            raise IndexError
-    except IndexError as reason:
-        raise BadMotion(f"the motion of {path} cannot be read", "no 'Frames:' or no 'Frame Time:'", again) from reason
-    body = lines[2] if len(lines) > 2 else ""
+    frames_line = _FRAMES_LINE.match(text)
+    time_line = _TIME_LINE.match(text, frames_line.end()) if frames_line else None
+    if frames_line is None or time_line is None:
+        raise BadMotion(f"the motion of {path} cannot be read", "no 'Frames:' or no 'Frame Time:'", again)
+    notes, body = [], text[time_line.end() :]
+    time_word = time_line[1]
+    if "," in body and "." not in body:
+        body, time_word = body.replace(",", "."), time_word.replace(",", ".")
+        notes.append("decimal commas are read as points")
     word = ""
     try:
-        frame_count, frame_time = int(word := lines[0].split(":")[1]), float(word := lines[1].split(":")[1])
+        frame_count, frame_time = int(word := frames_line[1]), float(word := time_word.replace(",", "."))
         if frame_count < 1 or not (np.isfinite(frame_time) and frame_time > 0):
             raise _BadBvh(f"{_short(frame_count)} frames of {frame_time} s")
         if frame_count > FRAMES_MAX:
@@ -187,21 +244,36 @@ def _frames(text: str, channel_count: int, path: Path) -> tuple[np.ndarray, floa
         got = reason if isinstance(reason, _BadBvh) else f"'{word.strip()[:60]}' in place of a number"
         raise BadMotion(f"the motion of {path} cannot be read", got, again) from reason
     in_first = len(body.lstrip().partition("\n")[0].split())
-    if in_first != channel_count and len(values) != frame_count * channel_count:
+    channel_count = in_first if in_first == widths[1] else widths[0]
+    rows = len(values) / max(channel_count, 1)
+    if in_first != channel_count and rows != frame_count:
         what = f"each frame of {path} must have {channel_count} numbers, one a channel"
         raise BadMotion(what, f"{in_first} in the first", "make CHANNELS and the lines of numbers agree")
-    if len(values) != frame_count * channel_count:
-        got = f"{len(values)} numbers, enough for {len(values) / channel_count:.6g}"
+    if rows != int(rows) or not 1 <= rows <= FRAMES_MAX:
+        got = f"{len(values)} numbers, enough for {rows:.6g}"
         raise BadMotion(f"{path} declares {frame_count} frames", got, again)
+    if rows != frame_count:
+        notes.append(f"the file declares {frame_count} frames and has {int(rows)}: {int(rows)} are read")
+        if rows < 0.9 * frame_count:
+            what = f"{path} declares {frame_count} frames, and ends before"
+            warnings.warn(HemlineWarning(what, f"{int(rows)}", f"{again}, if there should be more"), stacklevel=3)
     odd = ~(np.abs(values) < _LARGEST)  # also of NaN
     if odd.any():
         got = f"NaN or infinity in frame {int(np.argmax(odd)) // channel_count}, or a number beyond {_LARGEST:g}"
         raise BadMotion(f"{path} must hold finite numbers", got, "cut or mend that frame")
-    return values.reshape(frame_count, channel_count), fps
+    return values.reshape(int(rows), channel_count), fps, tuple(notes)
 
 
 def _rate(frame_time: float, path: Path) -> float:
-    """Returns frames a second. Frame times are printed with few digits: 0.0083333 is 120 a second."""
+    """Returns frames a second. Frame times are printed with few digits: 0.0083333 is 120 a second.
+
+    Raises:
+        BadMotion: The rate is not from 1 to 1000 frames a second.
+    """
+    if frame_time > 1 / RATES[0]:
+        what = f"'Frame Time' of {path} must be the seconds of a frame, at most {1 / RATES[0]:g}"
+        cure = f"write {frame_time / 1000:.6g} if it is in milliseconds, {1 / frame_time:.6g} if it is frames a second"
+        raise BadMotion(what, f"{frame_time:g}", cure)
     fps = 1 / max(frame_time, 1e-6)
     whole = round(fps)
     return check_rate(float(whole) if abs(fps - whole) < 1e-3 * fps else fps, path)

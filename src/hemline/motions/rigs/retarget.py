@@ -120,6 +120,7 @@ def retarget_beside(
     collar_note = "" if resting else _move_collars_with_arms(turned)
     hips = np.mean([rig.path(hip) for hip in ("left_hip", "right_hip")], axis=0)
     notes = (
+        *bvh.notes,
         *_match_note(match),
         unit_note,
         _axes_note(trunk, upright, rests),
