@@ -53,8 +53,10 @@ def test_shipped_names_and_files_are_told_apart(tmp_path):
 
 
 def test_unknown_endings_are_refused(tmp_path):
-    with pytest.raises(BadMotion, match=r"has no known ending; got '.fbx'"):
-        motions.read(tmp_path / "clip.fbx")
+    with pytest.raises(BadMotion, match=r"has no known ending; got '.abc'"):
+        motions.read(tmp_path / "clip.abc")
+    with pytest.raises(BadMotion, match=r"clips in .pkl files are not read; .*pickles can run code"):
+        motions.read(tmp_path / "clip.pkl")
     with pytest.raises(BadOutput, match="no motion is written to .*; got the ending '.bvh'"):
         motions.write(tmp_path / "clip.bvh", motions.load("run"))
     assert not list(tmp_path.iterdir())

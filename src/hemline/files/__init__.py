@@ -7,6 +7,7 @@ from .atomic import check_writable as check_writable
 from .mapped import create_mapped_array as create_mapped_array
 from .npz import Unreadable as Unreadable
 from .npz import npz_arrays as npz_arrays
+from .npz import npz_names as npz_names
 from .reading import read_bytes as read_bytes
 from .reading import read_text as read_text
 from .tensors import content_hash as content_hash
@@ -26,6 +27,7 @@ __all__ = [
     "create_mapped_array",
     "map_tensors",
     "npz_arrays",
+    "npz_names",
     "read_bytes",
     "read_metadata",
     "read_tensors",

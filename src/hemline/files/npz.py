@@ -25,6 +25,16 @@ class Unreadable(ValueError):
     """Content that cannot be read as arrays; the text says what was found."""
 
 
+def npz_names(content: bytes) -> tuple[str, ...]:
+    """Returns the names of the arrays that an npz file contains.
+
+    Raises:
+        Unreadable: The file is damaged.
+    """
+    with _archive(content) as archive:
+        return tuple(each.filename.removesuffix(".npy") for each in archive.infolist())
+
+
 def npz_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
     """Reads the named arrays that an npz file contains; other members are not opened.
 
@@ -39,13 +49,7 @@ def npz_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
         Unreadable: The file is damaged, a member holds objects (a pickle) or text or claims more bytes than it has, or
             the arrays are far larger than the file.
     """
-    if content.count(b"PK\x01\x02") > _MEMBERS_MAX:
-        raise Unreadable(f"a zip archive of more than {_MEMBERS_MAX} members")
-    try:
-        archive = zipfile.ZipFile(io.BytesIO(content))
-    except Exception as reason:  # zipfile raises whatever a damaged archive provokes
-        raise Unreadable("a damaged npz (no whole zip archive)") from reason
-    with archive:
+    with _archive(content) as archive:
         members = {each.filename: each for each in archive.infolist()}
         wanted = [name for name in names if f"{name}.npy" in members]
         unpacked = sum(members[f"{name}.npy"].file_size for name in wanted)
@@ -54,6 +58,16 @@ def npz_arrays(content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
         if unpacked > _UNPACKED_FREE + _UNPACKED_TIMES * len(content):
             raise Unreadable(f"a file of {len(content)} bytes that unpacks to {unpacked}")
         return {name: _member(archive, members[f"{name}.npy"], name) for name in wanted}
+
+
+def _archive(content: bytes) -> zipfile.ZipFile:
+    if content.count(b"PK\x01\x02") > _MEMBERS_MAX:
+        raise Unreadable(f"a zip archive of more than {_MEMBERS_MAX} members")
+    try:
+        archive = zipfile.ZipFile(io.BytesIO(content))
+    except Exception as reason:  # zipfile raises whatever a damaged archive provokes
+        raise Unreadable("a damaged npz (no whole zip archive)") from reason
+    return archive
 
 
 def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str) -> np.ndarray:

@@ -1,112 +1,105 @@
-"""Reads AMASS clips, SMPL-H and SMPL-X poses in npz files."""
+"""Reads poses of the SMPL family in npz files: AMASS, and what trackers and generators of motion write."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
-from hemline.errors import BadMotion
-from hemline.files import Unreadable, npz_arrays, read_bytes
+from hemline.errors import BadMotion, HemlineWarning
 
-from .motion import FRAMES_MAX, JOINT_COUNT, Motion, check_rate
-from .quaternions import continuous, from_axis_angle, multiply, rotate
+from .figure import pose_figure
+from .motion import JOINT_COUNT, JOINT_NAMES, Motion
+from .quaternions import continuous, multiply, rotate
+from .rigs.upright import AXES, Stance, find_up, turn_to_y
+from .smpl_arrays import JOINTS, read_smpl_arrays
 
-_JOINTS = 22
-_Z_UP_TO_Y_UP = np.array([np.sqrt(0.5), -np.sqrt(0.5), 0, 0])
 _PELVIS = np.array([0.0, -0.22, 0.03])
 _MEAN_LEG = 0.81
-_SPLIT = ("root_orient", "pose_body")
-"""Arrays that newer files have in place of `poses`."""
-_RATES = ("mocap_framerate", "mocap_frame_rate")
-_BYTES_MAX = 2**30
-_FRAMES_UNCHECKED = 10_000
-"""Number of frames up to which the size of the file is not checked."""
-_FRAME_BYTES = 20
-"""Least number of bytes in the file for each further frame: even compressed, recordings have 100."""
+_FASTEST = 20.0
+"""A pelvis that is faster than this in most steps moves in another unit [m/s]."""
+_HIGHEST = 40.0
+"""A person higher above the ground than this is in another unit, or in an aeroplane [m]."""
+_LOOKED_AT = 400
 _LICENCE = "AMASS: see amass.is.tue.mpg.de; non-commercial unless licensed"
 
 
-def read_amass(path: str | Path) -> Motion:
-    """Reads an AMASS npz: 22 body joints, hands at rest, turned from z up to y up.
+def read_amass(path: str | Path, *, up: str | None = None) -> Motion:
+    """Reads an npz with poses of SMPL, SMPL-H or SMPL-X: 22 body joints, hands at rest, turned to y up.
 
-    AMASS turns the body about its own pelvis, which lies at J0(betas) from its origin, and adds `trans`. So the pelvis
-    is at `trans` + J0. J0 and the leg length are those of the mean SMPL body, since the betas mean nothing without it.
+    The world of AMASS has z up, those of most trackers have y up, and camera coordinates have y down: it is seen from
+    the body, unless `up` names it. SMPL turns the body about its own pelvis, which lies at J0(betas) from its origin,
+    and adds `trans`. So the pelvis is at `trans` + J0. J0 and the leg length are those of the mean SMPL body, since
+    the betas mean nothing without it.
+
+    Args:
+        path: The file.
+        up: The axis that is up in it: `x`, `y`, `z`, `-x`, `-y` or `-z`; None: found.
 
     Raises:
-        BadMotion: The file is missing or damaged, holds objects (pickles), lacks a key, has wrong shapes or an
-            implausible rate, more than 432,000 frames, or more than a file of its size can hold.
+        BadMotion: The file is missing or damaged, holds objects (pickles), lacks poses, has wrong shapes, no rotation
+            vectors, an implausible rate or speed, more than 432,000 frames, or more than a file of its size can hold.
+
+    Warns:
+        HemlineWarning: The body lies in nearly all frames, or is far above the ground.
 
     Source: Mahmood et al., "AMASS: Archive of motion capture as surface shapes", 2019.
         Differs: shape and soft-tissue coefficients are not used.
     """
     path = Path(path)
-    arrays = _arrays(path)
-    rotvecs, translations = _rotation_vectors(arrays, path), arrays["trans"].astype(np.float64)
-    fps = check_rate(float(next(arrays[name] for name in _RATES if name in arrays).item()), path)
-    if translations.shape != (len(rotvecs), 3):
-        what = f"trans of {path} must be {(len(rotvecs), 3)}"
-        raise BadMotion(what, translations.shape, "make poses and trans agree")
-    if not (np.isfinite(rotvecs).all() and np.isfinite(translations).all()):
-        raise BadMotion(f"{path} must hold finite numbers", "NaN or infinity", "cut or mend those frames")
-    rotations = np.zeros((len(rotvecs), JOINT_COUNT, 4))
+    arrays = read_smpl_arrays(path)
+    rotations = np.zeros((len(arrays.rotations), JOINT_COUNT, 4))
     rotations[..., 0] = 1
-    rotations[:, :_JOINTS] = from_axis_angle(rotvecs)
-    rotations[:, 0] = multiply(_Z_UP_TO_Y_UP, rotations[:, 0])
+    rotations[:, :JOINTS] = arrays.rotations
+    pelvis = arrays.translations + _PELVIS
+    _refuse_other_units(pelvis, arrays.fps, path)
+    upright = find_up(_stance(rotations, pelvis), "z" if arrays.amass else "y", up, str(path))
+    if upright.doubt:
+        warnings.warn(HemlineWarning(*upright.doubt), stacklevel=2)
+    turn = turn_to_y(np.array(AXES[upright.axis]))
+    rotations[:, 0] = multiply(turn, rotations[:, 0])
+    translations = rotate(turn, pelvis)
+    if np.median(np.abs(translations[:, 1])) > _HIGHEST:
+        got = f"{np.median(translations[:, 1]):.3g} m"
+        cure = "divide trans by 100 if it is in centimetres, by 1000 if in millimetres"
+        warnings.warn(HemlineWarning(f"the body of {path} is high above the ground", got, cure), stacklevel=2)
+    notes = (
+        f"{upright.axis} up turned to y up" if upright.axis != "y" else "",
+        upright.note,
+        *arrays.notes,
+        f"the mean SMPL body is assumed: legs of {_MEAN_LEG} m; betas are not used",
+        "hands and fingers are left at rest",
+    )
     return Motion(
         rotations=continuous(rotations),
-        translations=rotate(_Z_UP_TO_Y_UP, translations + _PELVIS),
-        fps=fps,
+        translations=translations,
+        fps=arrays.fps,
         leg_length=_MEAN_LEG,
         name=path.stem,
-        source=f"AMASS {path.name}",
-        licence=_LICENCE,
-        notes=(
-            "z up turned to y up",
-            f"the mean SMPL body is assumed: legs of {_MEAN_LEG} m; betas are not used",
-            "hands and fingers are left at rest",
-        ),
+        source=f"AMASS {path.name}" if arrays.amass else path.name,
+        licence=_LICENCE if arrays.amass else "",
+        notes=tuple(note for note in notes if note),
     )
 
 
-def _arrays(path: Path) -> dict[str, np.ndarray]:
-    """Returns the arrays that are used, after checking that those that are needed are there."""
-    content = read_bytes(path, _BYTES_MAX, error=BadMotion, cure="name an AMASS npz file")
-    try:
-        arrays = npz_arrays(content, ("poses", *_SPLIT, "trans", *_RATES))
-    except Unreadable as reason:
-        cure = "copy it again; files that hold pickled objects are not read"
-        raise BadMotion(f"{path} is damaged or no AMASS clip", reason, cure) from reason
-    needed = (*(() if "poses" in arrays else _SPLIT), "trans")
-    missing = [name for name in needed if name not in arrays]
-    missing += [] if any(name in arrays for name in _RATES) else [_RATES[0]]
-    if missing:
-        raise BadMotion(f"{path} is no AMASS clip", f"no array '{missing[0]}'", "name a file with poses and trans")
-    for name in _RATES:
-        if name in arrays and arrays[name].size != 1:
-            raise BadMotion(f"{name} of {path} must be one number", arrays[name].shape, "give frames a second")
-    _refuse_too_many_frames(arrays, path, len(content))
-    return arrays
+def _stance(rotations: Float[np.ndarray, "frames joints 4"], pelvis: Float[np.ndarray, "frames 3"]) -> Stance:
+    every = slice(None, None, -(-len(pelvis) // _LOOKED_AT))
+    joints = pose_figure(rotations[every], pelvis[every], _MEAN_LEG)
+    at = {name: joints[:, index] for index, name in enumerate(JOINT_NAMES)}
+    return Stance(
+        pelvis=0.5 * (at["left_hip"] + at["right_hip"]),
+        head=at["head"],
+        ankles=0.5 * (at["left_ankle"] + at["right_ankle"]),
+        joints=joints,
+        leg=_MEAN_LEG,
+    )
 
 
-def _refuse_too_many_frames(arrays: dict[str, np.ndarray], path: Path, size: int) -> None:
-    """Refuses what would take far more memory than the size of the file: equal frames compress to next to nothing."""
-    frames = max((len(array) for name, array in arrays.items() if name not in _RATES and array.ndim), default=0)
-    if frames > FRAMES_MAX:
-        raise BadMotion(f"{path} may have {FRAMES_MAX} frames, an hour at 120 a second", frames, "cut it into clips")
-    if frames > _FRAMES_UNCHECKED + size // _FRAME_BYTES:
-        got = f"{frames} in {size} bytes"
-        raise BadMotion(f"{path} has more frames than a recording of its size has", got, "save it without compression")
-
-
-def _rotation_vectors(arrays: dict[str, np.ndarray], path: Path) -> np.ndarray:
-    if "poses" in arrays:
-        poses = arrays["poses"]
-    else:
-        first, others = (arrays[name] for name in _SPLIT)
-        if not (first.ndim == others.ndim == 2 and len(first) == len(others)):
-            got = f"{first.shape} and {others.shape}"
-            raise BadMotion(f"{' and '.join(_SPLIT)} of {path} must have as many frames", got, "copy it again")
-        poses = np.concatenate([first, others], axis=1)
-    if poses.ndim != 2 or poses.shape[1] < 3 * _JOINTS or poses.shape[1] % 3 or len(poses) < 1:
-        cure = f"give at least {_JOINTS} rotation vectors in each of one or more frames"
-        raise BadMotion(f"poses of {path} must be (frames, 156), (frames, 165) or the like", poses.shape, cure)
-    return poses[:, : 3 * _JOINTS].reshape(-1, _JOINTS, 3).astype(np.float64)
+def _refuse_other_units(pelvis: Float[np.ndarray, "frames 3"], fps: float, path: Path) -> None:
+    """Refuses translations that are no metres, where nobody moves so fast."""
+    if len(pelvis) < 2:
+        return
+    speed = float(np.median(np.linalg.norm(np.diff(pelvis, axis=0), axis=1))) * fps
+    if speed > _FASTEST:
+        cure = "divide trans by 100 if it is in centimetres, by 1000 if in millimetres, and see that the rate is right"
+        raise BadMotion(f"trans of {path} must be metres", f"a pelvis that moves at {speed:.3g} m/s", cure)

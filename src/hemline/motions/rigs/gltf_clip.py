@@ -9,11 +9,10 @@ from hemline.errors import BadMotion
 from hemline.files.gltf import ENDINGS, Gltf
 from hemline.files.gltf_nodes import Nodes, matrices
 from hemline.motions.bvh import Bvh
-from hemline.motions.motion import Motion
 from hemline.motions.quaternions import from_matrix, inverse, multiply, rotate, slerp
 
 from .gltf_rig import LARGEST, GltfRig, read_rig
-from .retarget import retarget
+from .retarget import Retargeted, retarget_beside
 
 _RATES = (5.0, 120.0)
 _USUAL_RATE = 30.0
@@ -25,19 +24,22 @@ _POSE_BYTES = 8
 
 
 def split_name(path: str | Path) -> tuple[Path, str | None]:
-    """Splits `FILE` or `FILE:NAME` into a file and the name of an animation in it."""
-    file, colon, name = str(path).rpartition(":")
-    named = bool(colon) and Path(file).suffix.lower() in ENDINGS
-    return (Path(file), name) if named else (Path(path), None)
+    """Splits `FILE` or `FILE:NAME`, at the first colon after a known ending, into file and name of an animation."""
+    text = str(path)
+    for place, letter in enumerate(text):
+        if letter == ":" and Path(text[:place]).suffix.lower() in ENDINGS:
+            return Path(text[:place]), text[place + 1 :]
+    return Path(path), None
 
 
-def read_gltf_motion(path: str | Path) -> Motion:
+def read_gltf_motion(path: str | Path, *, up: str | None = None) -> Retargeted:
     """Reads an animation of a GLB, VRM or glTF file.
 
     Rotations of bones are relative to their rest pose: the bind pose of the skin, or else the pose of the nodes.
 
     Args:
         path: `FILE`, if it holds one animation, or `FILE:NAME`; a number as NAME counts animations from 0.
+        up: The axis that is up in it; None: found.
 
     Raises:
         BadMotion: The file cannot be read, or has no humanoid, no animation, several, none of that name, or far more
@@ -63,7 +65,9 @@ def read_gltf_motion(path: str | Path) -> Motion:
     copyright_ = str(rig.gltf.document["asset"].get("copyright", ""))
     source = f"{file.name}, animation '{title}'"
     found, licence = rig.match, copyright_[:500]
-    return retarget(rigged, name=title, source=source, licence=licence, match=found, resting=True)
+    return retarget_beside(
+        rigged, up=up, name=title, source=source, licence=licence, match=found, resting=True, file=file.name
+    )
 
 
 def animation_names(gltf: Gltf) -> list[str]:
@@ -76,16 +80,21 @@ def _choose_animation(gltf: Gltf, file: Path, name: str | None) -> dict:
         names, animations = animation_names(gltf), gltf.all("animations")
     if not animations:
         raise BadMotion(f"{file} has no animation", "none", "name a file with one, or a .bvh")
-    shown = ", ".join(each[:60] for each in names[:12]) + (", ..." if len(names) > 12 else "")
+    twice = len(set(names)) < len(names)  # numbers tell equal names apart
+    listed = [f"{number} '{each[:60]}'" if twice else each[:60] for number, each in enumerate(names)]
+    shown = ", ".join(listed[:12]) + (", ..." if len(names) > 12 else "")
+    first = "0" if twice else names[0]
     if name is None:
         if len(animations) > 1:
-            raise BadMotion(f"{file} has {len(animations)} animations", shown, f"name one: {file}:{names[0]}")
+            raise BadMotion(f"{file} has {len(animations)} animations", shown, f"name one: {file}:{first}")
         return animations[0]
+    if names.count(name) > 1:
+        raise BadMotion(f"{file} has {names.count(name)} animations '{name}'", shown, f"number one: {file}:{first}")
     if name in names:
         return animations[names.index(name)]
     if name.isdecimal() and int(name) < len(animations):
         return animations[int(name)]
-    raise BadMotion(f"{file} has no animation '{name}'", shown, f"name one of them: {file}:{names[0]}")
+    raise BadMotion(f"{file} has no animation '{name}'", shown, f"name one of them: {file}:{first}")
 
 
 class _Track:

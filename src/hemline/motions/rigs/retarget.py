@@ -66,6 +66,7 @@ def retarget_beside(
     licence: str = "",
     match: JointMatch | None = None,
     resting: bool = False,
+    file: str = "",
 ) -> Retargeted:
     r"""Retargets a clip onto the 24 joints, and keeps its rig: T-pose convention, metres, y up.
 
@@ -87,6 +88,7 @@ def retarget_beside(
         match: Joints of the rig by role; None: by names, or by their places in the tree.
         resting: Whether the zero pose is the rest pose of a character. If it is a T-pose or an A-pose, O is that of
             `t_pose_turns`, as on the body that is made of the character, and collars move as in the clip.
+        file: Name of the file in messages; empty: that of the motion.
 
     Raises:
         BadMotion: A joint that is needed is missing, the unit contradicts the size, or bones of the result do not point
@@ -95,9 +97,10 @@ def retarget_beside(
     Warns:
         HemlineWarning: A bone points elsewhere than in the source, or the body lies in nearly all frames.
     """
-    match = match or find_joints(bvh.skeleton, name, bvh=bvh)
+    file = file or name
+    match = match or find_joints(bvh.skeleton, file, bvh=bvh)
     rig = pose_rig(bvh, match)
-    scale, unit_note = _scale(rig.leg_length(), unit, name, resting)
+    scale, unit_note = _scale(rig.leg_length(), unit, file, resting)
     looked_at = rig.sample(_LOOKED_AT)
     trunk = trunk_axes(looked_at)
     rests = resting and trunk.standing is not None and is_rest_pose(rig, trunk.standing)
@@ -106,7 +109,7 @@ def retarget_beside(
     start = 0 if trunk.standing is None else _tpose_frames(_used(bvh.rotations, match), bvh.fps)
     rig = rig.cut(slice(start, None))
     looked_at = rig.sample(_LOOKED_AT)
-    upright = find_up(_stance(looked_at), _expected_up(trunk), up, name)
+    upright = find_up(_stance(looked_at), _expected_up(trunk), up, file)
     turn = _world_turn(trunk, upright)
     if rests and trunk.standing is not None:
         axes = {**trunk.turns, **rest_axes(rig, trunk.standing)}
@@ -116,7 +119,7 @@ def retarget_beside(
     turned = _global_rotations(rig, turn, axes)
     if trunk.standing is None and (late := _tpose_frames(_local(turned), bvh.fps)):
         start, turned, rig = late, turned[late:], rig.cut(slice(late, None))
-    bones_note = _compare_bones(rig, turn, turned, name)
+    bones_note = _compare_bones(rig, turn, turned, file)
     collar_note = "" if resting else _move_collars_with_arms(turned)
     hips = np.mean([rig.path(hip) for hip in ("left_hip", "right_hip")], axis=0)
     notes = (

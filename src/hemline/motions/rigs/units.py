@@ -33,7 +33,9 @@ def unit_of(leg: float, declared: str | None, file: str, *, units: Mapping[str, 
     if declared is not None and declared not in units:
         raise BadMotion(f"unit of {file} must be one of {', '.join(units)}", f"'{declared}'", "name one of them")
     if not (np.isfinite(leg) and leg > 0):
-        raise BadMotion(f"the legs of {file} must have a length", leg, "check the OFFSETs of knees and ankles")
+        raise BadMotion(
+            f"the legs of {file} must have a length", leg, "give knees and ankles their distances from the hips"
+        )
     guess = min(units, key=lambda unit: abs(np.log(leg * units[unit] / USUAL_LEG)))
     unit = declared or guess
     metres = leg * units[unit]
