@@ -4,10 +4,16 @@ import numpy as np
 
 from hemline.compiled import kernel
 
+from .kernel_inputs import GroundLook, Lighting, SceneMesh
+
 
 @kernel(fastmath=True)
 def accumulate_normals(vertices, faces, normals_out):
-    """Computes area-weighted normals, not of unit length."""
+    """Computes area-weighted normals, not of unit length.
+
+    Reads: vertices (verts, 3) [m]; faces (faces, 3).
+    Writes: normals_out (verts, 3) [m^2].
+    """
     normals_out[:] = 0.0
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -24,8 +30,10 @@ def accumulate_normals(vertices, faces, normals_out):
 def rasterise(screen, faces, depth_out, face_out):
     """Finds the nearest triangle of each pixel.
 
-    # in:  screen (verts, 3): x, y [pixels, centres at +0.5], nearness (larger is nearer; <= 0 is behind the camera)
-    # out: depth_out (height, width): nearness of what is seen; face_out (height, width): its triangle, -1 for none
+    Reads: screen (verts, 3): x, y [pixels, centres at +0.5], nearness (larger is nearer; <= 0 is behind the camera);
+        faces (faces, 3).
+    Writes: depth_out (height, width): nearness of what is seen, only raised; face_out (height, width): its triangle,
+        not written where none is seen.
     """
     height, width = face_out.shape
     for f in range(len(faces)):
@@ -60,7 +68,11 @@ def rasterise(screen, faces, depth_out, face_out):
 
 @kernel
 def box_blur(image, radius, sums, blurred_out):
-    """Computes the mean over a square of 2 radius + 1 pixels, with zeros outside the picture. `sums` is scratch."""
+    """Computes the mean over a square of 2 radius + 1 pixels, with zeros outside the picture.
+
+    Reads: image (height, width); radius [pixels].
+    Writes: sums (height, width): working memory; blurred_out (height, width).
+    """
     height, width = image.shape
     weight = np.float32(1.0) / np.float32(2 * radius + 1)
     for y in range(height):
@@ -85,7 +97,7 @@ def box_blur(image, radius, sums, blurred_out):
 
 @kernel(inline="always")
 def bilinear(image, x, y):
-    """Returns the bilinear value of an image at continuous pixel coordinates; 0 outside."""
+    """Returns the bilinear value of an image (height, width) at continuous coordinates [pixels]; 0 outside."""
     height, width = image.shape
     x, y = x - np.float32(0.5), y - np.float32(0.5)
     if not (x >= 0.0 and y >= 0.0 and x < width - 1 and y < height - 1):
@@ -99,7 +111,11 @@ def bilinear(image, x, y):
 
 @kernel(inline="always")
 def light_fraction(shadow, x, y, nearness):
-    """Returns the fraction of light that arrives, by 3 x 3 comparisons with the shadow map around a point."""
+    """Computes the fraction of light that arrives, by 3 x 3 comparisons with the shadow map around a point.
+
+    Reads: shadow (height, width): nearness of what the light meets [m]; x, y [texels] and nearness [m] of the point.
+    Returns: the fraction, 0 to 1.
+    """
     height, width = shadow.shape
     i, j = int(x), int(y)
     if i < 1 or j < 1 or i >= width - 1 or j >= height - 1:
@@ -113,16 +129,15 @@ def light_fraction(shadow, x, y, nearness):
 
 
 @kernel(fastmath=True)
-def shade_ground(rays, eye, ground, light_map, blurred, colours, fade_centre, picture_out):
+def shade_ground(rays, eye, ground: GroundLook, light_map, blurred, picture_out):
     """Shades background and ground plane for every pixel, in linear light.
 
-    # in:  rays (4, 3): direction at pixel (0, 0), its change along x, along y, and one unused row; eye (3,);
-    #      ground (3,): height [m], size of a tile [m], radius at which it has faded [m];
-    #      light_map (3, 4): world to shadow-map x, y, nearness; blurred: soft occupancy of the shadow map;
-    #      colours (4, 3): sky at the top, horizon, light tile, dark tile; fade_centre (3,)
-    # out: picture_out (height, width, 3)
+    Reads: rays (3, 3): direction at pixel (0, 0), its change along x, along y; eye (3,) [m]; ground; light_map (3, 4):
+        world to x, y [texels] and nearness [m] of the shadow map; blurred: soft occupancy of the shadow map, 0 to 1.
+    Writes: picture_out (height, width, 3).
     """
     height, width = picture_out.shape[:2]
+    level, tile_size, fade_radius, middle, colours = ground
     for j in range(height):
         up = np.float32(1.0) - np.float32(j) / np.float32(height)
         for i in range(width):
@@ -130,16 +145,16 @@ def shade_ground(rays, eye, ground, light_map, blurred, colours, fade_centre, pi
             y = rays[0, 1] + rays[1, 1] * np.float32(i) + rays[2, 1] * np.float32(j)
             z = rays[0, 2] + rays[1, 2] * np.float32(i) + rays[2, 2] * np.float32(j)
             opacity, tile, shadow = np.float32(0.0), 2, np.float32(0.0)
-            t = (ground[0] - eye[1]) / y
-            if t > 0.0 and ground[2] > 0.0:
+            t = (level - eye[1]) / y
+            if t > 0.0 and fade_radius > 0.0:
                 px, pz = eye[0] + t * x, eye[2] + t * z
-                radius = np.sqrt((px - fade_centre[0]) ** 2 + (pz - fade_centre[2]) ** 2) / ground[2]
+                radius = np.sqrt((px - middle[0]) ** 2 + (pz - middle[2]) ** 2) / fade_radius
                 if radius < 1.0:
                     opacity = (np.float32(1.0) - radius * radius) ** 2
-                    odd = (int(np.floor(px / ground[1])) + int(np.floor(pz / ground[1]))) & 1
+                    odd = (int(np.floor(px / tile_size)) + int(np.floor(pz / tile_size))) & 1
                     tile = 2 + odd
-                    u = light_map[0, 0] * px + light_map[0, 1] * ground[0] + light_map[0, 2] * pz + light_map[0, 3]
-                    v = light_map[1, 0] * px + light_map[1, 1] * ground[0] + light_map[1, 2] * pz + light_map[1, 3]
+                    u = light_map[0, 0] * px + light_map[0, 1] * level + light_map[0, 2] * pz + light_map[0, 3]
+                    v = light_map[1, 0] * px + light_map[1, 1] * level + light_map[1, 2] * pz + light_map[1, 3]
                     shadow = bilinear(blurred, u, v)
             for k in range(3):
                 sky = colours[1, k] + (colours[0, k] - colours[1, k]) * up
@@ -148,32 +163,15 @@ def shade_ground(rays, eye, ground, light_map, blurred, colours, fade_centre, pi
 
 
 @kernel(fastmath=True)
-def shade(
-    screen,
-    faces,
-    face_surfaces,
-    vertices,
-    normals,
-    colours,
-    inside,
-    eye,
-    lights,
-    light_map,
-    shadow,
-    bias,
-    face_seen,
-    background,
-    picture_out,
-):
+def shade(screen, mesh: SceneMesh, eye, light: Lighting, face_seen, background, picture_out):
     """Shades each pixel from the 2 x 2 samples of the visibility buffer, in linear light.
 
-    # model: faces, face_surfaces (faces,), vertices, normals (unit, outward), colours (verts, 3) linear,
-    #        inside (surfaces, 4): factor on the colour where the back of the surface is seen, amount of sheen
-    # in:    screen as for `rasterise`; eye (3,); lights (4, 3): direction to the key light, to the fill light,
-    #        then sky and floor colours; light_map, shadow, bias [m] of the key light; face_seen (2 h, 2 w);
-    #        background (h, w, 3)
-    # out:   picture_out (h, w, 3)
+    Reads: screen (verts, 3), as for `rasterise`; mesh; eye (3,) [m]; light; face_seen (2 height, 2 width): triangle of
+        each sample, -1 for none; background (height, width, 3).
+    Writes: picture_out (height, width, 3).
     """
+    faces, face_surfaces, vertices, normals, colours, looks = mesh
+    lamps, light_map, shadow, bias = light
     height, width = picture_out.shape[:2]
     one, zero = np.float32(1.0), np.float32(0.0)
     for j in range(height):
@@ -222,7 +220,7 @@ def shade(
                 if back:
                     scale = -scale
                 nx, ny, nz = nx * scale, ny * scale, nz * scale
-                key = nx * lights[0, 0] + ny * lights[0, 1] + nz * lights[0, 2]
+                key = nx * lamps[0, 0] + ny * lamps[0, 1] + nz * lamps[0, 2]
                 # a point a little off the surface, towards the viewer's side, is looked up in the shadow map
                 ox, oy, oz = qx + bias * nx, qy + bias * ny, qz + bias * nz
                 if key > zero:
@@ -232,16 +230,16 @@ def shade(
                     key *= light_fraction(shadow, u, v, w + bias)
                 else:
                     key = zero
-                fill = max(zero, nx * lights[1, 0] + ny * lights[1, 1] + nz * lights[1, 2])
+                fill = max(zero, nx * lamps[1, 0] + ny * lamps[1, 1] + nz * lamps[1, 2])
                 up = np.float32(0.5) + np.float32(0.5) * ny
                 s = face_surfaces[f]
                 graze = one - min(one, abs(nx * vx + ny * vy + nz * vz))
-                sheen = inside[s, 3] * graze * graze * graze * (np.float32(0.3) + key)
+                sheen = looks[s, 3] * graze * graze * graze * (np.float32(0.3) + key)
                 for k in range(3):
                     paint = wa * colours[a, k] + wb * colours[b, k] + wc * colours[c, k]
                     if back:
-                        paint *= inside[s, k]
-                    ambient = lights[3, k] + (lights[2, k] - lights[3, k]) * up
+                        paint *= looks[s, k]
+                    ambient = lamps[3, k] + (lamps[2, k] - lamps[3, k]) * up
                     value = paint * (ambient + np.float32(0.95) * key + np.float32(0.16) * fill) + sheen
                     if k == 0:
                         red += value
@@ -256,7 +254,11 @@ def shade(
 
 @kernel
 def encode(picture, table, bytes_out):
-    """Converts linear light to sRGB bytes by a table of evenly spaced values in [0, 1]."""
+    """Converts linear light to sRGB bytes.
+
+    Reads: picture (height, width, 3); table (levels,): sRGB bytes of evenly spaced values from 0 to 1.
+    Writes: bytes_out (height, width, 3).
+    """
     height, width = picture.shape[:2]
     last = len(table) - 1
     for j in range(height):

@@ -10,6 +10,7 @@ from hemline.errors import BadInput
 
 from . import picture_kernels as kernels
 from .camera import Camera
+from .kernel_inputs import GroundLook, Lighting, SceneMesh
 
 CLOTH = (0.72, 0.23, 0.17)
 """Warm red, for garments (sRGB, 0 to 1)."""
@@ -29,9 +30,9 @@ _TO_KEY_LIGHT, _TO_FILL_LIGHT = (0.75, 1.35, 0.5), (-0.8, 0.25, 0.55)
 _SKY_LIGHT, _FLOOR_LIGHT = (0.50, 0.54, 0.60), (0.24, 0.22, 0.20)
 _BACKGROUND = ((0.90, 0.92, 0.94), (0.975, 0.975, 0.97), (0.91, 0.905, 0.895), (0.86, 0.855, 0.845))
 """Sky at the top, horizon, light tile, dark tile (sRGB)."""
-_SHADOW_BIAS = 0.006
+_SHADOW_BIAS = np.float32(0.006)
 """Distance from a surface at which its shadow is looked up [m]."""
-_TILE_SIZE = 0.5
+_TILE_SIZE = np.float32(0.5)
 """Edge of a ground tile [m]."""
 
 
@@ -87,7 +88,7 @@ def render(
     faces = _join([surface.faces + start for surface, start in zip(surfaces, starts, strict=True)], np.int32)
     face_surfaces = np.repeat(np.arange(len(surfaces), dtype=np.int32), [len(surface.faces) for surface in surfaces])
     colours = linear(_join([_vertex_colours(surface) for surface in surfaces], np.float32))
-    inside = np.array([(*surface.inside, surface.sheen) for surface in surfaces], np.float32).reshape(-1, 4)
+    looks = np.array([(*surface.inside, surface.sheen) for surface in surfaces], np.float32).reshape(-1, 4)
     normals = np.empty_like(vertices)
     kernels.accumulate_normals(vertices, faces, normals)
     screen = camera.project(vertices, (2 * width, 2 * height))
@@ -102,24 +103,9 @@ def render(
     background = np.empty((height, width, 3), np.float32)
     _shade_ground(camera, ground, box, light_map, shadow, background)
     picture = np.empty_like(background)
-    lights = np.array([*to_lights, _SKY_LIGHT, _FLOOR_LIGHT], np.float32)
-    kernels.shade(
-        screen,
-        faces,
-        face_surfaces,
-        vertices,
-        normals,
-        colours,
-        inside,
-        eye,
-        lights,
-        light_map,
-        shadow,
-        np.float32(_SHADOW_BIAS),
-        faces_seen,
-        background,
-        picture,
-    )
+    lamps = np.array([*to_lights, _SKY_LIGHT, _FLOOR_LIGHT], np.float32)
+    mesh = SceneMesh(faces, face_surfaces, vertices, normals, colours, looks)
+    kernels.shade(screen, mesh, eye, Lighting(lamps, light_map, shadow, _SHADOW_BIAS), faces_seen, background, picture)
     bytes_out = np.empty((height, width, 3), np.uint8)
     kernels.encode(picture, _SRGB_TABLE, bytes_out)
     return bytes_out
@@ -174,13 +160,12 @@ def _shade_ground(camera, ground, box, light_map, shadow, background) -> None:
     right, up, back = camera.axes
     pixel = 2 * np.tan(0.5 * camera.field_of_view) / height
     corner = -back + (0.5 - 0.5 * width) * pixel * right + (0.5 * height - 0.5) * pixel * up
-    rays = np.array([corner, right * pixel, -up * pixel, np.zeros(3)], np.float32)
+    rays = np.array([corner, right * pixel, -up * pixel], np.float32)
     extent = float((box[1] - box[0]).max())
-    floor = np.array([ground or 0.0, _TILE_SIZE, 0.0 if ground is None else 1.6 * extent + 1.0], np.float32)
-    middle = 0.5 * (box[0] + box[1])
-    colours = linear(np.array(_BACKGROUND, np.float32))
-    eye = np.array(camera.eye, np.float32)
-    kernels.shade_ground(rays, eye, floor, light_map, occupied, colours, middle, background)
+    fade_radius = np.float32(0.0 if ground is None else 1.6 * extent + 1.0)
+    middle, colours = 0.5 * (box[0] + box[1]), linear(np.array(_BACKGROUND, np.float32))
+    look = GroundLook(np.float32(ground or 0.0), _TILE_SIZE, fade_radius, middle, colours)
+    kernels.shade_ground(rays, np.array(camera.eye, np.float32), look, light_map, occupied, background)
 
 
 def _join(arrays: list[np.ndarray], dtype: type) -> np.ndarray:

@@ -19,7 +19,11 @@ def without_heading(w, x, y, z):
 
 @kernel
 def matrix_columns(w, x, y, z, axes_out):
-    # in: a unit quaternion   out: axes_out (9,): the columns of its matrix
+    """Converts a quaternion to a matrix.
+
+    Reads: w, x, y, z: of unit length.
+    Writes: axes_out (9,): the columns of the matrix.
+    """
     axes_out[0], axes_out[1], axes_out[2] = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
     axes_out[3], axes_out[4], axes_out[5] = 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)
     axes_out[6], axes_out[7], axes_out[8] = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
@@ -27,8 +31,11 @@ def matrix_columns(w, x, y, z, axes_out):
 
 @kernel
 def pose_axes(joints, query, axes_out):
-    # model: joints (counting,): joints that count in some region
-    # in: query (joints, 4), with any heading   out: axes_out (counting, 9)
+    """Computes the axes of the joints that count, without the heading of the body.
+
+    Reads: joints (counting,): joints that count in some region; query (joints, 4): rotations with any heading, wxyz.
+    Writes: axes_out (counting, 9).
+    """
     for k in range(joints.shape[0]):
         j = joints[k]
         w, x, y, z = query[j, 0], query[j, 1], query[j, 2], query[j, 3]
@@ -39,10 +46,12 @@ def pose_axes(joints, query, axes_out):
 
 @kernel(fastmath={"reassoc", "contract"})
 def axes_distances(known, weights, joints, axes, distances_out):
-    # model: known (counting, 9, poses): axes of the joints that count in some region; weights (regions, 3 joints) of
-    #     the axes; joints (counting,): indices of these joints
-    # in: axes (counting, 9)   out: distances_out (regions, poses)
-    # sum over joints and axes of weight times the square of the distance between the axes
+    """Measures a pose against many: the sum over joints and axes of weight times squared distance of the axes.
+
+    Reads: known (counting, 9, poses): axes of the joints that count in some region; weights (regions, 3 joints) of the
+        axes; joints (counting,): indices of these joints; axes (counting, 9).
+    Writes: distances_out (regions, poses).
+    """
     poses = known.shape[2]
     squares = np.empty((3, poses), np.float32)
     distances_out[:] = 0
@@ -61,8 +70,11 @@ def axes_distances(known, weights, joints, axes, distances_out):
 
 @kernel(forceinline=True)
 def add_rows(weights, rows, sums_out):
-    # in: weights (rows,), rows (rows, modes)   in/out: sums_out (modes,), float64: increased by the weighted rows
-    # four rows at a time, so that sums stay in registers; four rows of weight 0 are not read
+    """Adds weighted rows, four at a time, so that sums stay in registers; four rows of weight 0 are not read.
+
+    Reads: weights (rows,); rows (rows, modes).
+    Writes: sums_out (modes,), float64: increased.
+    """
     whole = len(weights) // 4 * 4
     for s in range(0, whole, 4):
         a, b, c, d = weights[s], weights[s + 1], weights[s + 2], weights[s + 3]
@@ -79,12 +91,13 @@ def add_rows(weights, rows, sums_out):
 
 @kernel(fastmath={"reassoc", "contract"})
 def mix(pose_kernel, pose_weights, shape_kernel, effects, modes, scales, coefficients_out):
-    # model: pose_weights (regions, poses, pose_modes); modes, scales (columns,): the mode of each column of the basis,
-    #     and its unit [m]
-    # in: pose_kernel (regions, poses), without poses if the pose model is not used; shape_kernel (regions, anchors):
-    #     weights of the anchors; effects (shape_regions, anchors, shape_modes)
-    # out: coefficients_out (regions, columns) [m]
-    # per region: the sums of weights and effects, in float64, as the weights of poses are large and of both signs
+    """Mixes the basis coefficients of each region, in float64, as the weights of poses are large and of both signs.
+
+    Reads: pose_kernel (regions, poses), without poses if the pose model is not used; pose_weights (regions, poses,
+        pose_modes); shape_kernel (regions, anchors): weights of the anchors; effects (shape_regions, anchors,
+        shape_modes); modes, scales (columns,): the mode of each column of the basis, and its unit [m].
+    Writes: coefficients_out (regions, columns) [m].
+    """
     pose_modes, shape_modes = pose_weights.shape[2], effects.shape[2]
     sums = np.empty(pose_modes + shape_modes)
     for g in range(coefficients_out.shape[0]):

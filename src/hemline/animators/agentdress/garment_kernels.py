@@ -5,6 +5,8 @@ import numpy as np
 from hemline.bodies.dual_quaternion_kernels import dual_quaternions
 from hemline.compiled import kernel
 
+from .kernel_inputs import GarmentTables, RestGarment
+
 _index = np.uintp
 NO_CLEARANCE = np.float32(-1)
 """Clearance value that switches the clearance off [m]."""
@@ -12,13 +14,19 @@ LEAST_REGION_WEIGHT = np.float32(1e-4)
 """Regions with no more weight than this at a vertex are skipped."""
 REGIONS_PER_PASS = 3
 """Number of regions summed in one pass; few vertices lie in more."""
+DEEPEST_PUSH, FARTHEST_ASIDE = np.float32(0.03), np.float32(0.03)
+"""Largest depth from which the clearance moves a vertex out of the skin, and largest offset beside its body vertex [m].
+
+The projection of the player handles all other vertices.
+"""
 
 
 @kernel(forceinline=True)
 def pack_bones(t, bones_out, opposite_out):
     """Packs each bone in a row of 16: the columns of its transform, each followed by a number of its quaternion.
 
-    in: t (joints, 3, 4); out: bones_out (joints, 16), opposite_out (joints, joints): whether signs differ.
+    Reads: t (joints, 3, 4).
+    Writes: bones_out (joints, 16); opposite_out (joints, joints): whether the signs of two quaternions differ.
     """
     duals = np.empty((t.shape[0], 8), np.float32)
     dual_quaternions(t, duals)
@@ -35,18 +43,17 @@ def pack_bones(t, bones_out, opposite_out):
 
 
 @kernel(fastmath={"reassoc", "contract", "nsz"})
-def pose_garment(
-    indices, weights, nearest, regions, digits, clearances, mixed, rest, offset, normals, t, skin, lengths, out
-):
-    # model: indices, weights (verts, influences), the heaviest bone first; nearest (verts,): body vertices;
-    #     regions (verts, regions); digits int8 (verts, 3, columns); clearances (verts,) [m]
-    # in: mixed (regions, columns): scaled basis coefficients of each region, from pose and shape [m];
-    #     rest, offset (verts, 3) [m]; normals (verts, 3) of the body under each vertex, in the rest pose;
-    #     t (joints, 3, 4): skin transforms; skin (body_verts, 3): the posed body [m];
-    #     lengths: greatest depth from which vertices are moved out, and greatest distance beside the body vertex [m]
-    # out: out (verts, 3): vertices in the world [m]
-    # x = sum_b w_b A_b rest + R (offset + sum_k d_k sum_g r_g m_gk), R of the normalised sum of w_b q_b;
-    # then moved out of the skin along R n
+def pose_garment(tables: GarmentTables, worn: RestGarment, mixed, t, skin, vertices_out):
+    """Poses a garment and moves it out of the skin along the normals of the body.
+
+    Model: x = sum_b w_b A_b rest + R (offset + sum_k d_k sum_g r_g m_gk), R of the normalised sum of w_b q_b
+
+    Reads: tables; worn; mixed (regions, columns): scaled basis coefficients of each region, from pose and shape [m];
+        t (joints, 3, 4): skin transforms; skin (body_verts, 3): the posed body [m].
+    Writes: vertices_out (verts, 3): vertices in the world [m].
+    """
+    indices, weights, nearest, regions, digits, clearances = tables
+    rest, offset, normals = worn
     joints, two = t.shape[0], np.float32(2)
     bones, opposite = np.empty((joints, 16), np.float32), np.empty((joints, joints), np.bool_)
     pack_bones(t, bones, opposite)
@@ -93,7 +100,7 @@ def pose_garment(
         y += u1 + a * e1 + d * e0 - b * e2
         z += u2 + a * e2 + b * e1 - c * e0
         if clearances[v] <= NO_CLEARANCE:
-            out[v, 0], out[v, 1], out[v, 2] = x, y, z
+            vertices_out[v, 0], vertices_out[v, 1], vertices_out[v, 2] = x, y, z
             continue
         n = _index(nearest[v])
         p0, p1, p2 = x - skin[n, 0], y - skin[n, 1], z - skin[n, 2]
@@ -102,6 +109,6 @@ def pose_garment(
         u0, u1, u2 = u0 + a * e0 + c * e2 - d * e1, u1 + a * e1 + d * e0 - b * e2, u2 + a * e2 + b * e1 - c * e0
         height = p0 * u0 + p1 * u1 + p2 * u2
         lack = clearances[v] - height
-        if 0 < lack < lengths[0] and p0 * p0 + p1 * p1 + p2 * p2 - height * height < lengths[1] * lengths[1]:
+        if 0 < lack < DEEPEST_PUSH and p0 * p0 + p1 * p1 + p2 * p2 - height * height < FARTHEST_ASIDE * FARTHEST_ASIDE:
             x, y, z = x + lack * u0, y + lack * u1, z + lack * u2
-        out[v, 0], out[v, 1], out[v, 2] = x, y, z
+        vertices_out[v, 0], vertices_out[v, 1], vertices_out[v, 2] = x, y, z

@@ -35,6 +35,7 @@ from .detail import AnimatorAgentDressLevel
 from .distance_kernels import axes_distances, mix, pose_axes
 from .distances import anchor_weights
 from .garment_kernels import pose_garment
+from .kernel_inputs import GarmentTables, RestGarment
 from .materials import Materials
 from .pose_model import kernel
 from .shape_model import pad_betas, shape_features
@@ -43,12 +44,6 @@ from .tables import Tables
 
 LEAST_JOINT_WEIGHT = 1e-3
 """Joints whose weight is below this fraction of the largest one, in every region, do not count in distances."""
-
-DEEPEST_PUSH, FARTHEST_ASIDE = 0.03, 0.03
-"""Largest depth from which the clearance moves a vertex out of the skin, and largest offset beside its body vertex [m].
-
-The projection of the player handles all other vertices.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +154,11 @@ class AnimatorAgentDress:
     def _digits(self) -> Int[np.ndarray, "verts 3 columns"]:
         digits = self.tables.basis.digits
         return np.ascontiguousarray(digits).reshape(-1, 3, digits.shape[1])
+
+    @cached_property
+    def _kernel_tables(self) -> GarmentTables:
+        t = self.tables
+        return GarmentTables(t.indices, t.weights, t.nearest, t.regions, self._digits, t.clearances)
 
     @cached_property
     def _binding(self) -> Binding:
@@ -311,22 +311,9 @@ class AnimatorAgentDress:
         """Returns the posed garment of a State [m]; `offset`, if given, replaces the pose model [m]."""
         assert state.distances is not None
         tables, vertices = self.tables, np.empty_like(state.rest)
-        pose_garment(
-            tables.indices,
-            tables.weights,
-            tables.nearest,
-            tables.regions,
-            self._digits,
-            tables.clearances,
-            self._basis_coefficients(state.distances, state.effects, posing=offset is None),
-            state.rest,
-            tables.offset if offset is None else offset,
-            state.normals,
-            posed.transforms,
-            posed.vertices,
-            np.array([DEEPEST_PUSH, FARTHEST_ASIDE], np.float32),
-            vertices,
-        )
+        worn = RestGarment(state.rest, tables.offset if offset is None else offset, state.normals)
+        mixed = self._basis_coefficients(state.distances, state.effects, posing=offset is None)
+        pose_garment(self._kernel_tables, worn, mixed, posed.transforms, posed.vertices, vertices)
         return vertices
 
     def _axes(self, lifted: Quaternions) -> Float[np.ndarray, "counting 9"]:

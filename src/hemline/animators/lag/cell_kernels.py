@@ -7,8 +7,11 @@ from hemline.compiled import kernel, prange
 
 @kernel
 def average_cells(values, cell, means_out):
-    # averages the features of the vertices of each cell
-    # in: values (verts, width), cell (verts,)   out: means (cells, width)
+    """Averages the features of the vertices of each cell.
+
+    Reads: values (verts, width); cell (verts,): cell of each vertex.
+    Writes: means_out (cells, width).
+    """
     count = np.zeros(len(means_out), np.float32)
     means_out[...] = 0
     for v in range(len(values)):
@@ -23,9 +26,12 @@ def average_cells(values, cell, means_out):
 
 @kernel(parallel=True)
 def gather_from_cells(cells, near, shares, bias, values_out):
-    # adds the weighted features of the cells that reach each vertex to a bias
-    # in: cells (cells, width); near, shares (verts, near); bias (width,)
-    # out: values (verts, width)
+    """Adds the weighted features of the cells that reach each vertex to a bias.
+
+    Reads: cells (cells, width); near, shares (verts, near): cells that reach each vertex, and their weights; bias
+        (width,).
+    Writes: values_out (verts, width).
+    """
     for v in prange(len(values_out)):
         for k in range(values_out.shape[1]):
             values_out[v, k] = bias[k]

@@ -11,8 +11,11 @@ ROW_BLOCK = 48
 
 @kernel(parallel=True)
 def dense(inputs, weights, start, rectified, out):
-    # adds a matrix product to `start`, and rectifies the sum if `rectified`
-    # in: inputs (rows, n), weights (n, m), start (rows, m) or (1, m)   out: (rows, m)
+    """Computes a layer: `out = start + inputs weights`.
+
+    Reads: inputs (rows, n); weights (n, m); start (rows, m) or (1, m); rectified: whether negative outputs become zero.
+    Writes: out (rows, m).
+    """
     rows = len(inputs)
     for block in prange((rows + ROW_BLOCK - 1) // ROW_BLOCK):
         first = block * ROW_BLOCK

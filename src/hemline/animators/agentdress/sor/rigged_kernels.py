@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hemline.animators.agentdress.kernel_inputs import AnchorTables
 from hemline.bodies.dual_quaternion_kernels import dual_quaternions
 from hemline.compiled import kernel
 
@@ -15,13 +16,16 @@ LEAST_BLEND = 1e-4
 
 
 @kernel(fastmath={"contract", "nsz"})
-def blend_anchors(earlier, vertices, step, bone_indices, bone_weights, regions, blend, t, carried_out):
-    # model: earlier (anchors, joints, 3, 4): skin transforms of the anchors; vertices int16 (anchors, verts, 3): the
-    #     garments of the anchors, in steps of `step` [m]; bone_indices, bone_weights uint8 (anchors, verts, bones), the
-    #     heaviest bone first, a row of weights sums to 255; regions (verts, regions)
-    # in: blend (regions, anchors): weight of each anchor; t (joints, 3, 4): skin transforms of the pose
-    # out: carried_out (verts, 4): weighted sum of the anchors' garments skinned into the pose [m], and sum of weights
-    # x = sum_s w_s sum_b w_sb A_b A_sb^-1 x_s
+def blend_anchors(anchors: AnchorTables, regions, blend, t, carried_out):
+    """Blends the garments of the anchors, skinned into a pose.
+
+    Model: x = sum_s w_s sum_b w_sb A_b A_sb^-1 x_s
+
+    Reads: anchors; regions (verts, regions); blend (regions, anchors): weight of each anchor; t (joints, 3, 4): skin
+        transforms of the pose.
+    Writes: carried_out (verts, 4): weighted sum of the garments [m], and sum of weights.
+    """
+    earlier, vertices, step, bone_indices, bone_weights = anchors
     carried_out[:] = 0
     m = np.empty(t.shape, np.float32)
     for s in range(vertices.shape[0]):
@@ -62,9 +66,14 @@ def blend_anchors(earlier, vertices, step, bone_indices, bone_weights, regions, 
 
 @kernel(fastmath={"contract", "nsz"})
 def offsets_from_skinning(indices, weights, rest, t, carried, offset_out):
-    # model: indices, weights (verts, influences), the heaviest bone first; rest (verts, 3) [m]
-    # in: t (joints, 3, 4): skin transforms; carried (verts, 4): see `blend_anchors` [m]
-    # out: offset_out (verts, 3): R^T (x - sum_b w_b A_b rest), R of the normalised sum of w_b q_b [m]
+    """Computes the offsets of a blended garment from the skinned one, in rotated vertex frames.
+
+    Model: offset = R^T (x - sum_b w_b A_b rest), R of the normalised sum of w_b q_b
+
+    Reads: indices, weights (verts, influences), the heaviest bone first; rest (verts, 3) [m]; t (joints, 3, 4): skin
+        transforms; carried (verts, 4), of `blend_anchors` [m].
+    Writes: offset_out (verts, 3) [m].
+    """
     duals = np.empty((t.shape[0], 8), np.float32)
     dual_quaternions(t, duals)
     two = np.float32(2)

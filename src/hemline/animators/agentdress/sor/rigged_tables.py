@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 
 from hemline.animators.agentdress.binding import Binding
+from hemline.animators.agentdress.kernel_inputs import AnchorTables
 from hemline.arrays import Float, Int, Transforms, Vertices
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of
@@ -83,8 +84,8 @@ class RiggedTables:
             rest: The skinned garment of the mean shape [m].
         """
         carried, offset = np.empty((len(rest), 4), np.float32), np.empty((len(rest), 3), np.float32)
-        anchors = self.transforms, self.worn, self.step[0], self.indices, self.weights
-        blend_anchors(*anchors, regions, blend, transforms, carried)
+        anchors = AnchorTables(self.transforms, self.worn, self.step[0], self.indices, self.weights)
+        blend_anchors(anchors, regions, blend, transforms, carried)
         offsets_from_skinning(binding.indices, binding.weights, rest, transforms, carried, offset)
         return offset
 

@@ -13,9 +13,13 @@ RIDGE = 1e-12
 
 @kernel(forceinline=True)
 def minimize_free(hessian, linear, bones, count, factor, result_out):
-    """Minimizes w^T H w / 2 - l^T w over weights of `count` bones that sum to 1; returns the multiplier (slope).
+    """Minimizes w^T H w / 2 - l^T w over the weights of some bones that sum to 1.
 
-    With H = L L^T, w = H^-1 (l - slope 1), where the slope makes the weights sum to 1.
+    Model: H = L L^T, w = H^-1 (l - slope 1), where the slope makes the weights sum to 1
+
+    Reads: hessian (joints, joints): H; linear (joints,): l; bones[:count]: the bones.
+    Writes: factor (joints, joints): L, working memory; result_out (2, joints): the weights in row 0.
+    Returns: the slope, the multiplier of the sum.
     """
     for i in range(count):
         for j in range(i + 1):
@@ -46,11 +50,15 @@ def minimize_free(hessian, linear, bones, count, factor, result_out):
 
 @kernel
 def minimize_on_simplex(squares, linear, stiffness, parents, common, allowed, weights_out):
-    # model: parents (joints,), each before its children; common (joints, joints): the last joint that moves both
-    # in: squares (verts, joints), stiffness (verts,): H_bc = sum of squares of all joints that move b and c, plus the
-    #     stiffness on the diagonal; linear, allowed (verts, joints)
-    # in/out: weights_out (verts, joints): start values that are 0 where not allowed and sum to 1; then the exact
-    #     minimum of w^T H w / 2 - l^T w over such weights >= 0, by active sets (Lawson, Hanson 1974)
+    """Minimizes w^T H w / 2 - l^T w over weights >= 0 that sum to 1, exactly, by active sets (Lawson, Hanson 1974).
+
+    Model: H_bc = sum of squares of all joints that move b and c, plus the stiffness on the diagonal
+
+    Reads: squares, linear (verts, joints); stiffness (verts,); parents (joints,), each before its children; common
+        (joints, joints): the last joint that moves both; allowed (verts, joints); weights_out: start values that are
+        0 where not allowed and sum to 1.
+    Writes: weights_out (verts, joints): changed.
+    """
     joints = len(parents)
     carried, hessian, factor = np.empty(joints), np.empty((joints, joints)), np.empty((joints, joints))
     bones, least = np.empty(joints, np.int64), np.empty((2, joints))
