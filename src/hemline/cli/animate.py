@@ -8,7 +8,7 @@ import tyro
 
 from hemline.errors import BadInput
 
-from .clip import cut
+from .clip import Up, cut
 from .output import Output
 from .progress import bars, note
 
@@ -50,6 +50,9 @@ class AnimateOptions:
     A model that plays any garment takes any body or character file. Defaults to the body of the model."""
     fps: float = 30.0
     """Frame rate to play and write [frames/s]."""
+    up: Up | None = None
+    """Axis that is up in the clip, such as z, or -y as in a camera's coordinates (--up=-y).
+    By default it is found from the body: up is where the head is."""
     start: float = 0.0
     """Start time in the clip [s]."""
     seconds: float | None = None
@@ -82,7 +85,7 @@ def run(options: AnimateOptions) -> int:
 
     from .model import open_model, report_relatives, warn_new_poses
 
-    motion = cut(motions.open_motion(options.motion), options.start, options.seconds)
+    motion = cut(motions.open_motion(options.motion, up=options.up), options.start, options.seconds)
     path = options.output or _output_beside(options.motion)
     output = Output(path, options.skinned, options.bones, options.quantized, options.character)
     animator, body = open_model(

@@ -1,7 +1,12 @@
 """Cuts a clip to the time range that a command asks for."""
 
+from typing import Literal
+
 from hemline.errors import BadInput
 from hemline.motions import Motion
+
+Up = Literal["x", "y", "z", "-x", "-y", "-z"]
+"""Axis that is up in the file of a clip."""
 
 
 def cut(motion: Motion, start: float, seconds: float | None) -> Motion:
@@ -15,7 +20,7 @@ def cut(motion: Motion, start: float, seconds: float | None) -> Motion:
     Raises:
         BadInput: The start is negative or past the end of the clip, or the length is not positive.
     """
-    if not 0 <= start < motion.seconds:
+    if not 0 <= start <= motion.seconds:
         raise BadInput(
             "--start must lie within the clip", f"{start:g} s of {motion.seconds:.3g} s", "leave it out for 0"
         )

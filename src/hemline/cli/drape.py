@@ -9,6 +9,7 @@ import tyro
 
 from hemline.errors import BadInput
 
+from .clip import Up
 from .progress import bars, note, stages, try_on_progress
 
 if TYPE_CHECKING:
@@ -53,6 +54,9 @@ class DrapeOptions:
     """Compute the derivatives by every joint at each anchor too, for sensitivity-optimised rigging."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
     """Clips to choose the anchor poses from: .bvh or AMASS .npz files, or names of shipped excerpts."""
+    up: Up | None = None
+    """Axis that is up in the files of clips, such as z, or -y as in a camera's coordinates (--up=-y).
+    By default it is found from the body: up is where the head is."""
     jobs: int = 1
     """Number of drapes to settle in parallel, one process each. The result does not depend on it."""
     scheduler: str | None = None
@@ -123,7 +127,7 @@ def _garment(options: DrapeOptions, shaped: "ShapedBody") -> "Garment":
         return open_garment(
             options.garment,
             shaped,
-            fit="auto" if options.tryon else "as-is",
+            tryon="auto" if options.tryon else "never",
             dressed=False,
             material=options.material,
             dataset=options.output,
@@ -173,7 +177,7 @@ def _anchors(options: DrapeOptions) -> int:
 
     clips = []
     for path in options.motion:
-        motion = motions.open_motion(path)
+        motion = motions.open_motion(path, up=options.up)
         first, last = motions.longest_clean(motion)
         clips.append(motion[first:last])
     shaped = bodies.load(options.body).shaped()

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from .clip import cut
+from .clip import Up, cut
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,9 @@ class EvaluateOptions:
     """Source of the bone motion: the animator's own dynamics (own), or the simulated vertices of --truth (truth)."""
     fps: float = 30.0
     """Frame rate to play [frames/s]. With --truth, the frame rate of the takes is used."""
+    up: Up | None = None
+    """Axis that is up in the clip, such as z, or -y as in a camera's coordinates (--up=-y).
+    By default it is found from the body: up is where the head is."""
     start: float = 0.0
     """Start time in the clip [s]. With --truth, the whole clip is played and measured from this time on."""
     seconds: float | None = None
@@ -82,7 +85,7 @@ def run(options: EvaluateOptions) -> int:
     if options.threads is not None and options.threads < 1:
         raise BadInput("--threads must be at least 1", options.threads, "leave it out for all cores")
     use_threads(options.threads)
-    motion = motions.open_motion(options.motion)
+    motion = motions.open_motion(options.motion, up=options.up)
     part = cut(motion, options.start, options.seconds)
     truth = None if options.truth is None else datasets.open_dataset(options.truth)
     animator, body = open_model(

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import tyro
 
+from .clip import Up
 from .progress import note
 
 
@@ -20,6 +21,9 @@ class PageOptions:
     """File to write (.html), or a folder for a static web host. Other files in the folder are kept."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m", "--clips"])] = ("walk", "dance")
     """Clips to play: BVH or AMASS files, or names of shipped excerpts."""
+    up: Up | None = None
+    """Axis that is up in the files of clips, such as z, or -y as in a camera's coordinates (--up=-y).
+    By default it is found from the body: up is where the head is."""
     betas: tuple[float, ...] = ()
     """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape.
     Models of close-fitting garments have sliders for other shapes on the page."""
@@ -42,7 +46,7 @@ def run(options: PageOptions) -> int:
     if not options.models:
         raise BadInput("page needs MODEL", "none", f"shipped: {', '.join(animators.shipped_models())}")
     models = {Path(name).stem: animators.load(name) for name in options.models}
-    clips = {Path(name).stem: motions.open_motion(name) for name in options.motion}
+    clips = {Path(name).stem: motions.open_motion(name, up=options.up) for name in options.motion}
     body = body_of(next(iter(models.values())), None, options.betas)
     contents = web.page_contents(models, clips, body)
     title = options.title or ", ".join(models)

@@ -10,6 +10,7 @@ import tyro
 
 from hemline.errors import BadInput
 
+from .clip import Up
 from .progress import note, total, try_on_progress
 
 MAX_FPS = 1000
@@ -42,6 +43,9 @@ class SimulateOptions:
     scheduler: str | None = None
     """Address of a dask scheduler, such as tcp://host:8786, whose workers do the work; see docs/scale.md.
     By default it is done on this machine."""
+    up: Up | None = None
+    """Axis that is up in the files of clips, such as z, or -y as in a camera's coordinates (--up=-y).
+    By default it is found from the body: up is where the head is."""
     seconds: float | None = None
     """Length of each clip to simulate, from its start [s]. Defaults to the whole clip."""
     fps: float = 30.0
@@ -90,7 +94,7 @@ def run(options: SimulateOptions) -> int:
             open_garment(
                 name,
                 mean,
-                fit="auto" if options.tryon else "as-is",
+                tryon="auto" if options.tryon else "never",
                 dressed=bool(options.over),
                 material=material,
                 dataset=options.output,
@@ -147,7 +151,7 @@ def run(options: SimulateOptions) -> int:
 def _open_clip(path: str, options: SimulateOptions):
     from hemline import motions
 
-    motion = motions.open_motion(path)
+    motion = motions.open_motion(path, up=options.up)
     if options.explain:
         for line in motion.notes:
             note(f"{path}: {line}")

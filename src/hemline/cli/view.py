@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from .clip import Up
 from .progress import note
 
 if TYPE_CHECKING:
@@ -25,6 +26,9 @@ class ViewOptions:
     """Models to choose from: files, names of shipped models, or dataset folders. Defaults to all shipped models."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
     """Clips to choose from: BVH or AMASS files, or names of shipped excerpts. Defaults to all excerpts."""
+    up: Up | None = None
+    """Axis that is up in the files of clips, such as z, or -y as in a camera's coordinates (--up=-y).
+    By default it is found from the body: up is where the head is."""
     garment: str | None = None
     """Garment to dress, by name or file, for models that play any garment. Defaults to a choice of cape and skirt."""
     over: tuple[str, ...] = ()
@@ -81,7 +85,7 @@ def open_catalog(options: ViewOptions) -> "Catalog":
             models[word] = partial(_open_dressed, word, None, options)
         else:
             models[word] = partial(animators.load, word)
-    clips = {word: partial(motions.open_motion, word) for word in options.motion or motions.names()}
+    clips = {word: partial(motions.open_motion, word, up=options.up) for word in options.motion or motions.names()}
     for word in options.motion:
         clips[word]()
     return Catalog(models, clips, tuple(datasets.open_dataset(folder) for folder in folders))
