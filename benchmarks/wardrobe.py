@@ -40,7 +40,7 @@ def main() -> None:
     bodies_by_name = shapes(bodies.load("anny24"))
     for name in options.names:
         for title, shaped in bodies_by_name.items():
-            garment = open_garment(name, shaped, fit="as-is", dressed=False)
+            garment = open_garment(name, shaped, tryon="never", dressed=False)
             result = fitness(garment, shaped)
             print(f"{name:<18}{title:<7}{result.reason or 'worn':<8}", end="")
             print("  ".join(f"{key} {value:.3g}" for key, value in result.figures.items()), flush=True)

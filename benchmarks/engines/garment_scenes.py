@@ -31,7 +31,7 @@ def cape() -> Garment:
 
 def skirt() -> Garment:
     """Loads the circle skirt of GarmentCode on the shipped body."""
-    return without_air(open_garment(SKIRT, body(), fit="as-is"))
+    return without_air(open_garment(SKIRT, body(), tryon="never"))
 
 
 def body() -> ShapedBody:

@@ -32,7 +32,7 @@ from hemline.collide.neural_sdf.handling import (
 )
 from hemline.collide.neural_sdf.inputs import condition
 from hemline.collide.neural_sdf.neural_sdf import NeuralSdf, load_neural_sdf
-from hemline.collide.primitives.proxy import BodyProxy
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.compiled import use_threads
 from hemline.learning.fit.distance_network import DistanceNetwork
 from hemline.metrics import laplacian_deviation
@@ -75,8 +75,8 @@ def nearest_vertex(posed, points: np.ndarray) -> np.ndarray:
 
 
 def rounded_cones(posed, points: np.ndarray) -> np.ndarray:
-    """Returns distances to the rounded cones of `BodyProxy` [m]."""
-    return BodyProxy.fit(posed.shaped).distances(points, posed.transforms)[0]
+    """Returns distances to the rounded cones of `BodyPrimitives` [m]."""
+    return BodyPrimitives.fit(posed.shaped).distances(points, posed.transforms)[0]
 
 
 def posed_bodies(samples: DistanceSamples):

@@ -42,7 +42,7 @@ def steps(learned: LearnedBones, frames: np.ndarray, dt: float, state=None) -> t
     found, states = [], []
     for each in frames:
         margins = np.full(len(free), learned.clearance)
-        made = learned.step(state, at_rest(), ropes.rest[free], margins, ropes.proxy.colliders, each, dt)
+        made = learned.step(state, at_rest(), ropes.rest[free], margins, ropes.primitives.colliders, each, dt)
         state = made.state
         found.append(made.positions)
         states.append(state)
@@ -192,30 +192,30 @@ def test_no_bone_stays_nearer_to_the_body_than_the_clearance():
     frames = transforms(motion)
     close, _ = steps(replace(made(), clearance=-1.0), frames, H)
     found, _ = steps(replace(made(), clearance=0.06), frames, H)
-    near = [ropes.proxy.distances(x, f)[0].min() for x, f in zip(close, frames, strict=True)]
+    near = [ropes.primitives.distances(x, f)[0].min() for x, f in zip(close, frames, strict=True)]
     assert min(near) < 0.05
-    distances = [ropes.proxy.distances(x, f)[0].min() for x, f in zip(found, frames, strict=True)]
+    distances = [ropes.primitives.distances(x, f)[0].min() for x, f in zip(found, frames, strict=True)]
     assert min(distances) > 0.06 - 2e-3  # where two primitives meet the last push may leave a little
 
 
 def test_the_push_goes_the_shortest_way_out_of_the_deepest_primitive():
-    proxy, frames = ropes_model().ropes.proxy, transforms(walk())[7]
+    primitives, frames = ropes_model().ropes.primitives, transforms(walk())[7]
     random = np.random.default_rng(0)
     points = body().posed(walk()[7]).joints[random.integers(0, 24, 200)] + 0.1 * random.normal(size=(200, 3))
     moved = points.copy()
-    push_points_out(*proxy.colliders[:4], frames, np.full(len(moved), 0.02), moved)
+    push_points_out(*primitives.colliders[:4], frames, np.full(len(moved), 0.02), moved)
     for point, found in zip(points, moved, strict=True):
-        expected = pushed(proxy, frames, point.copy(), 0.02)
+        expected = pushed(primitives, frames, point.copy(), 0.02)
         np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
-def pushed(proxy, frames, point, margin):
+def pushed(primitives, frames, point, margin):
     """The plain twin: distance by distance, gradient by differences."""
     for _ in range(4):
-        distance = float(proxy.distances(point[None], frames)[0][0])
+        distance = float(primitives.distances(point[None], frames)[0][0])
         if distance >= margin - 1e-12:
             break
-        one = [proxy.distances(np.stack([point + d, point - d]), frames)[0] for d in 1e-6 * np.eye(3)]
+        one = [primitives.distances(np.stack([point + d, point - d]), frames)[0] for d in 1e-6 * np.eye(3)]
         gradient = np.array([a - b for a, b in one]) / 2e-6
         point += (margin - distance) * gradient
     return point

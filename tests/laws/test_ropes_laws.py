@@ -7,8 +7,8 @@ from scipy.special import ellipk
 
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.collide.primitives.distances import round_cone_shape
-from hemline.collide.primitives.proxy import BodyProxy
 
 GRAVITY = 9.81
 QUIET = {
@@ -32,9 +32,9 @@ def constants(**changes):
     return RopeConstants(**(QUIET | {"substep": 1.0} | changes))
 
 
-def run(chains, positions, dt, count, *, velocities=None, roots=None, proxy=None, frames=None):
+def run(chains, positions, dt, count, *, velocities=None, roots=None, primitives=None, frames=None):
     """All positions of a run; `roots(t)` gives the kinematic nodes, `frames(t)` the colliders."""
-    proxy = proxy or BodyProxy.none()
+    primitives = primitives or BodyPrimitives.none()
     frames = frames or (lambda t: STILL)
     fixed = positions[chains.kinematic]
     roots = roots or (lambda t: fixed)
@@ -46,7 +46,7 @@ def run(chains, positions, dt, count, *, velocities=None, roots=None, proxy=None
         rates = [(roots(t + e) - roots(t - e)) / (2 * e) for t in (a, b)]
         motion = np.stack([roots(a), roots(b), *rates])
         x, v, tensions, hit = chains.advance(
-            x, v, tensions, motion, dt, colliders=proxy.colliders, frames=(frames(a), frames(b))
+            x, v, tensions, motion, dt, colliders=primitives.colliders, frames=(frames(a), frames(b))
         )
         path.append(x)
         touched.append(hit)
@@ -155,7 +155,7 @@ def shaken(t):
 
 def test_a_constant_velocity_of_the_whole_world_changes_nothing():
     kind, shape = round_cone_shape(np.array([-0.3, -0.35, -0.2]), np.array([0.3, -0.35, 0.3]), 0.1, 0.08)
-    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
+    primitives = BodyPrimitives.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     drift = np.array([3.0, -1.0, 2.0])
     paths = []
     for speed in (0 * drift, drift):
@@ -168,7 +168,14 @@ def test_a_constant_velocity_of_the_whole_world_changes_nothing():
             return start[chains.kinematic] + shaken(t) - shaken(0) + speed * t
 
         path, _, _, touched = run(
-            chains, start, 1 / 60, 120, velocities=np.tile(speed, (16, 1)), roots=roots, proxy=proxy, frames=frames
+            chains,
+            start,
+            1 / 60,
+            120,
+            velocities=np.tile(speed, (16, 1)),
+            roots=roots,
+            primitives=primitives,
+            frames=frames,
         )
         assert touched.any()
         paths.append(path - speed * (np.arange(121) / 60)[:, None, None])
@@ -179,7 +186,7 @@ def test_turning_the_world_about_the_vertical_turns_the_result():
     angle = 1.1
     turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
     kind, shape = round_cone_shape(np.array([-0.3, -0.35, -0.2]), np.array([0.3, -0.35, 0.3]), 0.1, 0.08)
-    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
+    primitives = BodyPrimitives.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     paths = []
     for spin in (np.eye(3), turn):
         chains, start = swinging_chain(**ALL_FORCES, wind=tuple(spin @ [1.0, 0, 0.5]))
@@ -191,7 +198,7 @@ def test_turning_the_world_about_the_vertical_turns_the_result():
         def roots(t, chains=chains, turned=turned, spin=spin):
             return turned[chains.kinematic] + (shaken(t) - shaken(0)) @ spin.T
 
-        path, *_ = run(chains, turned, 1 / 60, 60, roots=roots, proxy=proxy, frames=frames)
+        path, *_ = run(chains, turned, 1 / 60, 60, roots=roots, primitives=primitives, frames=frames)
         paths.append(path @ spin)
     assert np.abs(paths[1] - paths[0]).max() < 1e-6
 
@@ -241,39 +248,41 @@ THIN = 0.01
 def crossed(choice, **changes):
     """A bead thrown downward through a thin horizontal capsule within one step."""
     kind, shape = round_cone_shape(np.array([-1.0, 0, 0]), np.array([1.0, 0, 0]), THIN, THIN)
-    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
+    primitives = BodyPrimitives.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     start = np.array([[0, 1.0, 0], [0, 0.05, 0]])
     options = QUIET | {"gravity": (0, 0, 0), "substep": 1.0, "position_push": choice} | changes
     chains = RopeChains.free([start], RopeConstants(**options))
     chains = RopeChains(**(vars_of(chains) | {"lengths": np.array([0, 5.0])}))
-    return chains, proxy, start
+    return chains, primitives, start
 
 
 @pytest.mark.parametrize("speed", [-0.056 * 60, -0.4 * 60])
 @pytest.mark.parametrize("choice", ["history", "slide"])
 def test_history_leaves_a_thin_capsule_on_the_side_of_entry(choice, speed):
-    chains, proxy, start = crossed(choice)
+    chains, primitives, start = crossed(choice)
     thrown = np.array([[0, 0, 0], [0, speed, 0]])
-    path, velocity, _, touched = run(chains, start, 1 / 60, 1, velocities=thrown, proxy=proxy)
+    path, velocity, _, touched = run(chains, start, 1 / 60, 1, velocities=thrown, primitives=primitives)
     assert touched[0, 1]
     assert path[1, 1, 1] == pytest.approx(THIN, abs=1e-6)
     assert velocity[1, 1, 1] >= -1e-12
 
 
 def test_gradient_leaves_a_thin_capsule_on_the_far_side():
-    chains, proxy, start = crossed("gradient")
-    path, *_ = run(chains, start, 1 / 60, 1, velocities=np.array([[0, 0, 0], [0, -0.056 * 60, 0]]), proxy=proxy)
+    chains, primitives, start = crossed("gradient")
+    path, *_ = run(
+        chains, start, 1 / 60, 1, velocities=np.array([[0, 0, 0], [0, -0.056 * 60, 0]]), primitives=primitives
+    )
     assert path[1, 1, 1] == pytest.approx(-THIN, abs=1e-6)
 
 
 @pytest.mark.parametrize("choice", ["history", "slide"])
 def test_a_capsule_that_sweeps_over_a_resting_bead_takes_it_along(choice):
-    chains, proxy, start = crossed(choice)
+    chains, primitives, start = crossed(choice)
 
     def way(t):
         return np.concatenate([np.eye(3), [[0], [6.0 * t], [0]]], axis=1)[None].copy()
 
-    path, velocity, *_ = run(chains, start, 1 / 60, 2, proxy=proxy, frames=way)
+    path, velocity, *_ = run(chains, start, 1 / 60, 2, primitives=primitives, frames=way)
     assert path[2, 1, 1] == pytest.approx(0.2 + THIN, abs=1e-6)
     assert velocity[2, 1, 1] == pytest.approx(6.0, abs=1e-9)
 
@@ -284,11 +293,11 @@ def test_a_bead_on_a_slope_slides_only_where_friction_is_below_its_tangent(frict
     along = np.array([np.cos(slope), -np.sin(slope), 0.0])
     up = np.array([np.sin(slope), np.cos(slope), 0.0])
     kind, shape = round_cone_shape(-50 * along, 50 * along, 1.0, 1.0)
-    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
+    primitives = BodyPrimitives.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     start = np.stack([5 * up, up * (1.0 + 1e-9)])
     chains = RopeChains.free([start], constants(friction=friction))
     chains = RopeChains(**(vars_of(chains) | {"lengths": np.array([0, 50.0])}))
-    path, *_ = run(chains, start, 1 / 120, 120, proxy=proxy)
+    path, *_ = run(chains, start, 1 / 120, 120, primitives=primitives)
     slid = (path[-1, 1] - start[1]) @ along
     free = 0.5 * GRAVITY * (np.sin(slope) - friction * np.cos(slope))
     if sticks:
@@ -301,7 +310,7 @@ def test_wild_input_stays_finite_and_outside():
     rng = np.random.default_rng(3)
     chains, start = swinging_chain(**ALL_FORCES)
     kind, shape = round_cone_shape(np.array([-0.2, -0.3, 0]), np.array([0.3, -0.2, 0.1]), 0.15, 0.05)
-    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
+    primitives = BodyPrimitives.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     x, v, tensions = start + rng.normal(0, 3, start.shape), rng.normal(0, 1e4, start.shape), rng.normal(0, 1e6, 16)
     x[9] = x[10] = x[8]
     for k in range(30):
@@ -312,7 +321,9 @@ def test_wild_input_stays_finite_and_outside():
         spin *= np.sign(np.linalg.det(spin))
         frame = np.concatenate([spin, rng.normal(0, 1, (3, 1))], axis=1)[None].copy()
         last = frame if k == 0 else last
-        x, v, tensions, _ = chains.advance(x, v, tensions, motion, dt, colliders=proxy.colliders, frames=(last, frame))
+        x, v, tensions, _ = chains.advance(
+            x, v, tensions, motion, dt, colliders=primitives.colliders, frames=(last, frame)
+        )
         last = frame
         assert np.isfinite(x).all() and np.isfinite(v).all() and np.isfinite(tensions).all()
         assert chains.excess(x).max() <= 0.2 + 1e-9
@@ -354,18 +365,18 @@ def test_a_thrown_up_bead_leaves_its_taut_rope_at_once():
 def test_excess_after_contact_is_gone_within_three_frames(rate, swings):
     chains, start = swinging_chain(**ALL_FORCES)
     kind, shape = round_cone_shape(np.array([-0.4, -0.2, 0.05]), np.array([0.4, -0.2, 0.05]), 0.06, 0.06)
-    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
+    primitives = BodyPrimitives.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
 
     def way(t):
         shift = [[2.0 * np.sin(swings[0] * t)], [0.3 * np.sin(swings[1] * t)], [0]]
         return np.concatenate([np.eye(3), shift], axis=1)[None].copy()
 
-    path, _, _, touched = run(chains, start, 1 / rate, 4 * rate, proxy=proxy, frames=way)
+    path, _, _, touched = run(chains, start, 1 / rate, 4 * rate, primitives=primitives, frames=way)
     excess = chains.excess(path[1:])
     # beyond a fifth a push-out is given up for a free place within the rope's length
     assert touched.any() and excess.max() <= 0.2 + 1e-9
     for k, nodes in enumerate(path[1:, chains.parents >= 0], 1):
-        assert proxy.distances(nodes, way(k / rate))[0].min() >= chains.constants.margin - 2e-9
+        assert primitives.distances(nodes, way(k / rate))[0].min() >= chains.constants.margin - 2e-9
     free = ~touched & ~np.roll(touched, 1, axis=1)
     assert excess[free].max() <= 1e-5
     quiet = np.lib.stride_tricks.sliding_window_view(touched.any(1), 3).any(1)
@@ -374,10 +385,10 @@ def test_excess_after_contact_is_gone_within_three_frames(rate, swings):
 
 def test_a_rope_whose_node_above_is_buried_deeper_than_its_length_leaves_the_body_all_the_same():
     kind, shape = round_cone_shape(np.zeros(3), np.zeros(3), 0.5, 0.5)
-    proxy = BodyProxy.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
+    primitives = BodyPrimitives.from_primitives([(0, (kind, shape))], np.zeros((1, 3)))
     line = hanging(3) + [0.1, 0, 0]
     chains = RopeChains.free([line], constants())
-    path, *_ = run(chains, line, 1 / 60, 10, proxy=proxy)
+    path, *_ = run(chains, line, 1 / 60, 10, primitives=primitives)
     assert np.linalg.norm(path[1:, 1:], axis=-1).min() >= 0.5 - 2e-9
     # no place within the length is free; that of the node below is, as soon as the one above it is out
     assert chains.excess(path[1:])[:, 1].min() > 0.2 >= chains.excess(path[1:])[:, 2].max()

@@ -65,7 +65,7 @@ def test_a_stranger_is_tried_on_once(shaped, stranger, tmp_path):
     again = tried(stranger.rename(tmp_path / "by_another_name.obj"))
     assert bits(again) == bits(first) and frames == [] and "was tried on before" in said[-1]
     # without a dataset nothing is kept, and the garment is the same
-    fresh = open_garment(tmp_path / "by_another_name.obj", shaped, fit="try-on", say=said.append)
+    fresh = open_garment(tmp_path / "by_another_name.obj", shaped, tryon="always", say=said.append)
     assert bits(fresh) == bits(first) and said[-1] == "by_another_name.obj is worn"
     assert bits(try_on(tmp_path / "by_another_name.obj", shaped).garment) == bits(first)
 
@@ -83,16 +83,16 @@ def test_a_dataset_keeps_to_its_garment(shaped, stranger, worn, tmp_path):
 
 def test_as_it_is_a_mesh_is_read_or_refused(shaped, stranger, worn, as_obj):
     path = as_obj("sits", worn["trousers"].vertices, worn["trousers"].faces)
-    silk = open_garment(path, shaped, fit="as-is", material="silk")
+    silk = open_garment(path, shaped, tryon="never", material="silk")
     assert bits(silk) == bits(garments.read(path, shaped)) and silk.material.name == "silk"
     with pytest.raises(OffBody, match="or have it tried on"):
-        open_garment(stranger, shaped, fit="as-is")
+        open_garment(stranger, shaped, tryon="never")
     with pytest.raises(BadGarment, match="unknown material; got 'sulk'"):
         open_garment(stranger, shaped, material="sulk")
     with pytest.raises(BadGarment, match="unknown garment; got 'cap'; did you mean 'cape'"):
         open_garment("cap", shaped)
-    with pytest.raises(BadInput, match="fit must be one of auto, as-is, try-on; got 'loose'"):
-        open_garment("cape-light", shaped, fit="loose")
+    with pytest.raises(BadInput, match="tryon must be one of auto, never, always; got 'loose'"):
+        open_garment("cape-light", shaped, tryon="loose")
 
 
 def test_cloth_that_a_bone_goes_through_does_not_sit(shaped, worn):

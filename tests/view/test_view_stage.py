@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from hemline import play
+from hemline.animators import Windy
 from hemline.animators.live import AnimatorLive, LiveConfig
 from hemline.animators.ropes import AnimatorRopes
 from hemline.errors import BadInput
 from hemline.playback import Player
 from hemline.view import BodyShift, PlayedClip, SimulatedClip, Stage
 from hemline.view.stage import stage as stage_module
-from hemline.view.stage.wind import takes_wind, with_wind
 from tests.view.view_samples import FPS, body, clip, shirt, stage, take
 
 BETAS = (1.5, -1.0, 0.5)
@@ -128,17 +128,18 @@ def test_a_handle_that_is_turned_turns_the_body_about_it():
 
 
 def test_wind_is_for_those_that_take_it():
-    assert not takes_wind(shirt()) and with_wind(shirt(), (1.0, 0.0, 0.0)) is shirt()
+    still = PlayedClip.on(shirt(), body(), clip(), fps=FPS)
+    assert not isinstance(shirt(), Windy) and still.with_wind((1.0, 0.0, 0.0)) is still
     live = AnimatorLive(shirt().garment, np.zeros((4, 3), np.float32), "anny24", body().body.hash, LiveConfig())
-    assert takes_wind(live) and with_wind(live, (0.0, 0.0, 2.0)).config.wind == (0.0, 0.0, 2.0)
+    assert isinstance(live, Windy) and live.in_wind((0.0, 0.0, 2.0)).config.wind == (0.0, 0.0, 2.0)
 
 
 def test_the_wind_of_ropes_moves_the_cape_from_the_next_frame_on():
     from hemline import animators
 
     cape = animators.load("cape")
-    assert isinstance(cape, AnimatorRopes) and takes_wind(cape)
-    windy = with_wind(cape, (3.0, 0.0, 0.0))
+    assert isinstance(cape, AnimatorRopes) and isinstance(cape, Windy)
+    windy = cape.in_wind((3.0, 0.0, 0.0))
     assert isinstance(windy, AnimatorRopes) and windy.ropes.constants.wind == (3.0, 0.0, 0.0)
     assert cape.ropes.constants.wind == (0.0, 0.0, 0.0)
 

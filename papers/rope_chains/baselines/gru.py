@@ -146,7 +146,7 @@ class ChainGrus:
         Returns:
             The state after; displacements of all bones from rest in the key frame [m], float32, bone by bone.
         """
-        frames = self.ropes.proxy.joint_frames(posed)
+        frames = self.ropes.primitives.joint_frames(posed)
         hidden, free = self.cells.step(state.hidden, self._inputs(state, frames))
         moved, kinematic = np.empty((self.ropes.node_count, 3), np.float32), self.ropes.kinematic
         carried = self.ropes.carriage.positions_in(frames, state.kinematic_rest)

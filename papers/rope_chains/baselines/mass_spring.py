@@ -141,14 +141,16 @@ class MassSpringNet:
     ) -> tuple[NetState, Float[np.ndarray, " ins"]]:
         """Advances to a posed body, see `baseline.BoneMotion.step`."""
         ropes, constants = self.ropes, self.ropes.constants
-        frames, free = ropes.proxy.joint_frames(posed), np.flatnonzero(ropes.parents >= 0)
+        frames, free = ropes.primitives.joint_frames(posed), np.flatnonzero(ropes.parents >= 0)
         velocities = state.velocities * np.exp(-constants.drag * dt) + dt * np.asarray(constants.gravity)
         aim = state.positions + dt * velocities
         aim[ropes.kinematic] = ropes.carriage.positions_in(frames, state.kinematic_rest)
         found = self.springs.step(state.positions, aim, ropes.masses, free, dt)
         outside = found[free]
         margins = margins_of(ropes, constants.margin)
-        push_points_out(ropes.proxy.kinds, ropes.proxy.joints, state.shapes, state.centres, frames, margins, outside)
+        push_points_out(
+            ropes.primitives.kinds, ropes.primitives.joints, state.shapes, state.centres, frames, margins, outside
+        )
         found[free] = outside
         after = NetState(found, (found - state.positions) / dt, state.kinematic_rest, state.shapes, state.centres)
         moved = to_key_frame(posed.transforms[ropes.key_index], found) - rest

@@ -6,8 +6,8 @@ import numpy as np
 
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.collide.primitives.distances import round_cone_shape
-from hemline.collide.primitives.proxy import BodyProxy
 from papers.rope_chains.drawing.figure import FigureEntry, axes, save_sheet
 from papers.rope_chains.drawing.moving import QUIET, simulate_chains
 
@@ -33,14 +33,14 @@ def particle_paths(ways: tuple[str, str]) -> np.ndarray:
     options = QUIET | {"gravity": (0.0, 0.0, 0.0), "substep": 1.0, "margin": 0.0}
     chains = RopeChains.free(list(start), RopeConstants(**options, position_push=ways[0], velocity_push=ways[1]))
     chains = type(chains)(**(vars(chains) | {"lengths": np.full(12, 50.0)}))
-    proxy = BodyProxy.from_primitives(
+    primitives = BodyPrimitives.from_primitives(
         [(0, round_cone_shape(np.zeros(3), np.zeros(3), RADIUS, RADIUS))], np.zeros((1, 3))
     )
 
     def frames(t):
         return np.concatenate([np.eye(3), [[centre(t)], [0], [0]]], axis=1)[None].copy()
 
-    path, _ = simulate_chains(chains, start.reshape(-1, 3), DT, FRAMES, proxy=proxy, frames=frames)
+    path, _ = simulate_chains(chains, start.reshape(-1, 3), DT, FRAMES, primitives=primitives, frames=frames)
     return path[:, 1::2, :2]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
-from hemline.collide.primitives.proxy import BodyProxy
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 
 QUIET = dict.fromkeys(
     ("drag", "air_drag", "air_lift", "lateral", "lateral_stretch", "shrink", "parent_damping", "root_damping",
@@ -13,7 +13,9 @@ QUIET = dict.fromkeys(
 GRAVITY = 9.81
 
 
-def simulate_chains(chains: RopeChains, start, dt: float, count: int, *, proxy: BodyProxy | None = None, frames=None):
+def simulate_chains(
+    chains: RopeChains, start, dt: float, count: int, *, primitives: BodyPrimitives | None = None, frames=None
+):
     """Positions and velocities (count + 1, nodes, 3) of chains whose roots stand still.
 
     Args:
@@ -21,18 +23,18 @@ def simulate_chains(chains: RopeChains, start, dt: float, count: int, *, proxy: 
         start: Positions [m].
         dt: Length of a step [s].
         count: Steps.
-        proxy: What they collide with.
+        primitives: What they collide with.
         frames: Its transforms at a time [s]; None: it stands still.
     """
-    proxy = proxy or BodyProxy.none()
-    frames = frames or (lambda t: np.tile(np.eye(4)[:3], (len(proxy.pivots), 1, 1)))
+    primitives = primitives or BodyPrimitives.none()
+    frames = frames or (lambda t: np.tile(np.eye(4)[:3], (len(primitives.pivots), 1, 1)))
     x, v, tensions = np.array(start, float), np.zeros(np.shape(start)), np.zeros(len(start))
     roots = x[chains.kinematic]
     motion = np.stack([roots, roots, 0 * roots, 0 * roots])
     path, speeds = [x], [v]
     for k in range(count):
         ends = frames(k * dt), frames((k + 1) * dt)
-        x, v, tensions, _ = chains.advance(x, v, tensions, motion, dt, colliders=proxy.colliders, frames=ends)
+        x, v, tensions, _ = chains.advance(x, v, tensions, motion, dt, colliders=primitives.colliders, frames=ends)
         path.append(x)
         speeds.append(v)
     return np.stack(path), np.stack(speeds)

@@ -8,7 +8,7 @@ import numpy as np
 from hemline.animators.ropes import Ropes
 from hemline.arrays import Float, Int, Nodes, Vertices
 from hemline.bodies.body import PosedBody
-from hemline.collide.primitives.proxy import BodyProxy
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.export import CapsuleColliders, SpringChains
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, PARENTS
 
@@ -79,12 +79,12 @@ def _trunk(joint: int) -> int:
 
 def capsules_of(posed: PosedBody) -> CapsuleColliders:
     """Returns the rounded cones that ropes collide with as capsules of their mean radius, in a pose."""
-    proxy, transforms = BodyProxy.fit(posed.shaped), np.asarray(posed.transforms, np.float64)[:, None]
-    turns = transforms[proxy.joints, 0]
+    primitives, transforms = BodyPrimitives.fit(posed.shaped), np.asarray(posed.transforms, np.float64)[:, None]
+    turns = transforms[primitives.joints, 0]
     starts, ends = (
-        np.einsum("prc,pc->pr", turns[..., :3], proxy.shapes[:, at : at + 3]) + turns[..., 3] for at in (0, 3)
+        np.einsum("prc,pc->pr", turns[..., :3], primitives.shapes[:, at : at + 3]) + turns[..., 3] for at in (0, 3)
     )
-    return CapsuleColliders(proxy.joints, starts, ends, proxy.shapes[:, 6:8].mean(axis=1))
+    return CapsuleColliders(primitives.joints, starts, ends, primitives.shapes[:, 6:8].mean(axis=1))
 
 
 def distances(capsules: CapsuleColliders, points: Nodes) -> Float[np.ndarray, "nodes capsules"]:

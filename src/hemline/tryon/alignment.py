@@ -71,7 +71,7 @@ class Alignment:
 def align(
     vertices: Vertices, faces: Faces, shaped: "ShapedBody", *, scaled: bool = True, up: str | None = None
 ) -> Alignment:
-    """Finds the place and scale of a garment, and the pose of a body, with which they fit best.
+    """Finds the place and scale of a garment, and the pose of a body, that suit each other best.
 
     The cost is a weighted sum of terms for cloth inside the body, cloth far from it, openings whose centre is far from
     a limb, openings that no limb goes through, segments of the skeleton that go through cloth, and changes of pose,

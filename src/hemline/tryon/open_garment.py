@@ -19,16 +19,15 @@ from .try_on import TryOn, try_on, try_on_source
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-Fit = Literal["auto", "as-is", "try-on"]
-"""How a garment is put on a body: `as-is` leaves it where its file places it, `try-on` tries it on, and `auto` tries
-it on only if it does not sit there."""
+TryOnRule = Literal["auto", "never", "always"]
+"""When a garment is tried on; `auto`: only if it does not sit where its file places it."""
 
 
 def open_garment(
     name_or_path: str | Path,
     body: "ShapedBody",
     *,
-    fit: Fit = "auto",
+    tryon: TryOnRule = "auto",
     dressed: bool = True,
     material: Material | str | None = None,
     dataset: str | Path | None = None,
@@ -38,13 +37,13 @@ def open_garment(
     """Opens a garment by name or from a file, on a body.
 
     Meshes by other makers often do not sit on the body: they or their pins are far from it or inside it, or a bone
-    goes through their cloth. With `fit="auto"` such a mesh is tried on (see `try_on`), which takes about a minute.
+    goes through their cloth. With `tryon="auto"` such a mesh is tried on (see `try_on`), which takes about a minute.
 
     Args:
         name_or_path: A name that `garments.load` knows, such as `cape` or `dress:7`, or a file that `garments.read`
             reads.
         body: The body to wear the garment.
-        fit: `auto`: a mesh that does not sit on the body is tried on; `as-is`: it is refused; `try-on`: every garment
+        tryon: `auto`: a mesh that does not sit on the body is tried on; `never`: it is refused; `always`: every garment
             is tried on, or at least settled and judged.
         dressed: Whether the garment is moved onto the shape of `body`; otherwise it stays on the shape of that body
             that it was made on.
@@ -59,9 +58,9 @@ def open_garment(
         The garment on `body`, or on another shape of that body.
 
     Raises:
-        BadInput: `fit` is not one of its three values.
+        BadInput: `tryon` is not one of its three values.
         BadGarment: Unknown name or material, a file that contradicts itself, or a garment that cannot be worn.
-        OffBody: With `as-is`: the garment does not sit on the body (a BadGarment as well).
+        OffBody: With `never`: the garment does not sit on the body (a BadGarment as well).
         BadMesh: The mesh cannot be read, or no cloth can be made of it.
         BadDataset: The mesh would have to be tried on, but the dataset belongs to a garment of another mesh.
         BadOutput: The folder of the dataset cannot be written to.
@@ -69,27 +68,28 @@ def open_garment(
     Example:
         >>> skirt = hemline.open_garment("skirt.obj", hemline.bodies.load("anny24").shaped())
     """
-    if fit not in get_args(Fit):
-        raise BadInput(f"fit must be one of {', '.join(get_args(Fit))}", repr(fit), "leave it out to try on if needed")
+    if tryon not in get_args(TryOnRule):
+        known = ", ".join(get_args(TryOnRule))
+        raise BadInput(f"tryon must be one of {known}", repr(tryon), "leave it out to try on if needed")
     fabric = None if material is None else Material.of(material)  # an unknown one is refused before a mesh is tried on
     tell = say or (lambda line: None)
     if is_name(name_or_path):
         garment = load(str(name_or_path), body, dressed=dressed)
-        if fit == "try-on":
+        if tryon == "always":
             _check_wearable(try_on(name_or_path, body), f"'{name_or_path}' cannot be worn", tell)
     else:
         source = GarmentSource.open(name_or_path)
-        if fit == "as-is" or (fit == "auto" and source.kind != "mesh"):
+        if tryon == "never" or (tryon == "auto" and source.kind != "mesh"):
             garment = read_source(source, body, dressed=dressed)
         else:
-            garment = _fit_source(source, body, fit, dressed, dataset, tell, progress)
+            garment = _open_source(source, body, tryon, dressed, dataset, tell, progress)
     return garment if fabric is None else garment.in_material(fabric)
 
 
-def _fit_source(
+def _open_source(
     source: GarmentSource,
     body: "ShapedBody",
-    fit: Fit,
+    rule: TryOnRule,
     dressed: bool,
     dataset: str | Path | None,
     tell: Callable[[str], None],
@@ -103,7 +103,7 @@ def _fit_source(
         if kept.exists():
             tell(f"{name} was tried on before: going on with {kept}")
             return put_on(Garment.load(kept), body, dressed=dressed)
-    if fit == "auto":
+    if rule == "auto":
         garment = garment_of_source(source, body)
         if not isinstance(garment, OffBody):
             garment = put_on(garment, body, dressed=dressed)
@@ -112,7 +112,7 @@ def _fit_source(
     if dataset is not None and kept is not None:
         _check_dataset(Path(dataset), name)
     fault = "cannot be worn"
-    if fit == "auto":
+    if rule == "auto":
         tell(f"{name} does not sit on the body: trying it on (as 'hemline tryon' would)")
         fault = "does not sit on the body and cannot be worn as it is"
     tried = try_on_source(source, body, say=tell, progress=progress)

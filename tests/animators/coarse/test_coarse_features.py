@@ -5,9 +5,9 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hemline.animators.coarse.features.mirror import dynamic_mirror, static_mirror
 
 from hemline import bodies, garments, motions
-from hemline.animators.coarse.features.mirror import dynamic_mirror, static_mirror
 from hemline.animators.coarse.features.soft_weights import BLUR_FRACTION, MIN_BLUR, soft_weights
 from hemline.animators.coarse.features.trail import Trail
 from hemline.animators.coarse.proxy_on_body import (
@@ -147,13 +147,13 @@ def test_cells_share_out_all_of_the_garment():
 
 @pytest.mark.parametrize("far", [0.0, 50.0])
 def test_nearness_is_that_of_the_cones(far):
-    from hemline.collide.primitives.proxy import BodyProxy
+    from hemline.collide.primitives.body_primitives import BodyPrimitives
 
     motion = clip()
     posed = body().posed(Pose(motion.rotations[10], motion.translations[10] + np.float32([far, 0, 0])))
     trail = Trail.start(proxy(), posed)
     found = trail.features(proxy(), posed)
-    nearest = 1 - BodyProxy.fit(body()).distances(trail.skinned, posed.transforms)[0] / 0.3
+    nearest = 1 - BodyPrimitives.fit(body()).distances(trail.skinned, posed.transforms)[0] / 0.3
     near = found[:, 2 * TRAIL_COUNT + 6 : 2 * TRAIL_COUNT + 26 : 4].max(axis=1)
     seen = nearest > 0.01
     assert seen.sum() > 50

@@ -140,7 +140,7 @@ def test_a_net_is_stable_at_any_stiffness_and_step(stiffness, dt):
         state, moved = net.step(state, posed, dt, rest)
     assert np.isfinite(moved).all()
     assert np.abs(moved).max() < (60 if stiffness == 1 else 2)
-    distance, _ = ropes.proxy.distances(state.positions[ropes.parents >= 0], ropes.proxy.joint_frames(posed))
+    distance, _ = ropes.primitives.distances(state.positions[ropes.parents >= 0], ropes.primitives.joint_frames(posed))
     assert (distance > np.minimum(ropes.chains.clearances[ropes.parents >= 0], 0.02) - 1e-6).mean() > 0.95
 
 

@@ -69,7 +69,7 @@ def test_ropes_keep_their_length_and_stay_outside_on_a_run(fps):
         state = ropes().step(state, shaped().posed(motion[frame]), 1 / fps)
         excess = ropes().excess(state)
         worst = max(worst, excess[~state.touched].max())
-        outside, _ = ropes().proxy.distances(state.positions, state.frames)
+        outside, _ = ropes().primitives.distances(state.positions, state.frames)
         margins = np.clip(ropes().chains.clearances, -0.05, ropes().constants.margin)
         assert (outside >= margins - 1e-6)[free].all()
         assert excess.max() <= 0.2 + 1e-9
@@ -125,7 +125,7 @@ def test_other_shapes_carry_their_own_ropes():
     for _ in range(20):
         state = ropes().step(state, posed, 1 / 60)
     assert np.isfinite(state.positions).all()
-    assert not np.array_equal(state.shapes, ropes().proxy.shapes)
+    assert not np.array_equal(state.shapes, ropes().primitives.shapes)
 
 
 def test_a_hook_pushes():
@@ -232,7 +232,7 @@ def test_arrays_and_back_play_the_same_bits():
         ({"pairs": np.array([[0, 5000]], np.int32)}, "must count from 0"),
         ({"corners": "float"}, r"'corners' of the model must be int32 \(57, 3\)"),
         ({"masses": "zero"}, "positive lengths and masses"),
-        ({"proxy_pivots": np.zeros((3, 3))}, "pivots|do not fit"),
+        ({"proxy_pivots": np.zeros((3, 3))}, "pivots|do not match"),
     ],
 )
 def test_damaged_ropes_are_refused(change, match):

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.collide.primitives.distances import round_cone_shape
-from hemline.collide.primitives.proxy import BodyProxy
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 from hemline.animators.ropes.fit.gradient.differentiable import Drive, trajectory  # noqa: E402  # after the skip
@@ -86,13 +86,13 @@ def driven():
 def test_the_torch_reference_moves_as_the_kernels_do(slack):
     chains, begun, thrown = started(slack)
     found = trajectory(chains, driven(), begun, thrown).numpy()
-    proxy = BodyProxy.none()
+    primitives = BodyPrimitives.none()
     for window in range(2):
         x, v, tensions = begun[window], thrown[window], chains.rest_tensions
         for frame in range(FRAMES):
             poses = pose_at(frame * DT), pose_at((frame + 1) * DT)
             x, v, tensions, _ = chains.advance(
-                x, v, tensions, motion_of(frame), DT, colliders=proxy.colliders, frames=poses, steps=STEPS
+                x, v, tensions, motion_of(frame), DT, colliders=primitives.colliders, frames=poses, steps=STEPS
             )
             np.testing.assert_allclose(found[window, frame], x, atol=1e-9)
     assert np.abs(found[:, -1] - begun).max() > 0.05
@@ -103,9 +103,11 @@ def behind(choice, radius, pose):
     chains, begun, thrown = started(slack=False)
     thrown = np.stack([np.zeros_like(begun[0]), np.tile([0.1, 0.2, -2.0], (len(begun[0]), 1))])
     middle = pose[0, :, :3].T @ (begun[0][9] - [0, 0, radius + chains.constants.margin + 0.002])
-    proxy = BodyProxy.from_primitives([(0, round_cone_shape(middle, middle, radius, radius))], np.zeros((1, 3)))
+    primitives = BodyPrimitives.from_primitives(
+        [(0, round_cone_shape(middle, middle, radius, radius))], np.zeros((1, 3))
+    )
     constants = replace(chains.constants, position_push=choice, velocity_push=choice, friction=0.0)
-    return replace(chains, constants=constants), begun, thrown, proxy.colliders
+    return replace(chains, constants=constants), begun, thrown, primitives.colliders
 
 
 @pytest.mark.parametrize("choice", ["gradient", "history"])

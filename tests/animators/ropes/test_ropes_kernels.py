@@ -14,8 +14,8 @@ from hemline.animators.ropes.mechanics import tension_kernels as tension
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
 from hemline.animators.ropes.mechanics.kernel_inputs import BodyMotion, Chains, RopeGeometry
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.collide.primitives.distances import round_cone, round_cone_shape
-from hemline.collide.primitives.proxy import BodyProxy
 
 
 def random_chain(rng, count):
@@ -320,7 +320,7 @@ def test_the_contact_velocity_is_eq_14_to_16():
 def test_a_pushed_node_is_not_faster_along_the_surface_than_it_moved():
     rng = np.random.default_rng(12)
     cone = round_cone_shape(np.array([0.0, -0.3, 0]), np.array([0.0, 0.3, 0]), 0.2, 0.2)
-    colliders = BodyProxy.from_primitives([(0, cone)], np.zeros((1, 3))).colliders
+    colliders = BodyPrimitives.from_primitives([(0, cone)], np.zeros((1, 3))).colliders
     h, slowed = 1 / 60, 0
     for _ in range(40):
         frames = [
@@ -372,13 +372,13 @@ def test_measured_gaps_are_those_of_the_plain_reference_and_paths_are_never_too_
         axis = rng.normal(size=3)
         start = rng.normal(0, 0.3, 3)
         shapes.append(round_cone_shape(start, start + length * axis / np.linalg.norm(axis), first, second)[1])
-    proxy = BodyProxy.from_primitives([(0, (0, shape)) for shape in shapes], np.zeros((1, 3)))
+    primitives = BodyPrimitives.from_primitives([(0, (0, shape)) for shape in shapes], np.zeros((1, 3)))
     frames = []
     for _ in range(2):
         turn = np.linalg.qr(np.eye(3) + rng.normal(0, 0.1, (3, 3)))[0]
         turn *= np.sign(np.diag(turn))
         frames.append(np.concatenate([turn, rng.normal(0, 0.1, (3, 1))], axis=1)[None].copy())
-    colliders = proxy.colliders
+    colliders = primitives.colliders
     placed = np.zeros((placed_kernels.PLACED, len(colliders.kinds)))
     placed_kernels.place_primitives(colliders, frames[0], frames[0], placed)
     placed_kernels.place_primitives(colliders, frames[0], frames[1], placed)
@@ -399,7 +399,7 @@ def test_a_chain_stays_outside_of_every_kind_of_primitive(name):
         "ball": round_cone_shape(np.zeros(3), np.zeros(3), 0.15, 0.15),
         "blunt cone": round_cone_shape(np.array([0, 0, 0.05]), np.zeros(3), 0.05, 0.15),
     }[name]
-    proxy = BodyProxy.from_primitives([(0, shape)], np.zeros((1, 3)))
+    primitives = BodyPrimitives.from_primitives([(0, shape)], np.zeros((1, 3)))
     line = np.column_stack([0.05 + 0.06 * np.arange(9), np.full(9, 0.3), np.zeros(9)])
     chains = RopeChains.free([line], RopeConstants(margin=0.002))
     x, v, tensions, touched = line, np.zeros_like(line), np.zeros(9), False
@@ -410,9 +410,9 @@ def test_a_chain_stays_outside_of_every_kind_of_primitive(name):
             c, s = np.cos(3 * t), np.sin(3 * t)
             frames.append(np.array([[[c, 0, s, 0.3 * s], [0, 1, 0, 0], [-s, 0, c, 0.1 * s]]]))
         x, v, tensions, hit = chains.advance(
-            x, v, tensions, motion, 1 / 60, colliders=proxy.colliders, frames=(frames[0], frames[1])
+            x, v, tensions, motion, 1 / 60, colliders=primitives.colliders, frames=(frames[0], frames[1])
         )
         touched |= hit.any()
-        assert proxy.distances(x[1:], frames[1])[0].min() >= 0.002 - 2e-9
+        assert primitives.distances(x[1:], frames[1])[0].min() >= 0.002 - 2e-9
         assert chains.excess(x).max() <= 0.2 + 1e-9
     assert touched

@@ -10,7 +10,7 @@ from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, REST_INP
 from hemline.animators.ropes.bones.learned_bones import LearnedBones, LearnedBonesState
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.fit.sequences import Sequences
-from hemline.collide.primitives.proxy import BodyProxy
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.errors import BadDataset
 from hemline.motions.quaternions import multiply
 
@@ -80,7 +80,7 @@ def sequences_of(clips: range) -> Sequences:
         columns.append((inputs, bones, turns, shifts, *full))
     inputs, bones, turns, shifts, *full = (np.concatenate(each) for each in zip(*columns, strict=True))
     floats = [each.astype(np.float32) for each in (inputs, bones, turns, shifts)]
-    nothing = BodyProxy.none(24).colliders
+    nothing = BodyPrimitives.none(24).colliders
     stacked = nothing._replace(shapes=nothing.shapes[None], centres=nothing.centres[None], pivots=nothing.pivots[None])
     still, rest = np.zeros((len(inputs), 24, 3, 4), np.float32), REST[None].astype(np.float32)
     margins = np.zeros(len(REST))
@@ -114,7 +114,7 @@ def played(network, clip: int, frames: int = FRAMES) -> tuple[np.ndarray, np.nda
     truth, bones, found = on_springs(seen), learned(network), []
     state = LearnedBonesState(truth[1:3], np.stack([seen[1], seen[2], seen[2]]), np.zeros(()))
     for frame in seen[3:frames]:
-        made = bones.step(state, body, REST, np.zeros(len(REST)), BodyProxy.none(24).colliders, frame, H)
+        made = bones.step(state, body, REST, np.zeros(len(REST)), BodyPrimitives.none(24).colliders, frame, H)
         state = made.state
         found.append(made.positions)
     return np.stack(found), truth[3:frames]
@@ -155,7 +155,9 @@ def test_the_drape_is_an_equilibrium_of_what_was_trained(network):
     for moved, most in ((0.0, 1e-4), (1.0, 1e-2)):
         state = LearnedBonesState(np.stack([REST, REST + moved * shove]), np.stack([frame] * 3), np.zeros(()))
         for _ in range(150):
-            state = bones.step(state, body, REST, np.zeros(len(REST)), BodyProxy.none(24).colliders, frame, H).state
+            state = bones.step(
+                state, body, REST, np.zeros(len(REST)), BodyPrimitives.none(24).colliders, frame, H
+            ).state
         assert np.linalg.norm(state.positions[1] - REST, axis=1).max() < most
 
 

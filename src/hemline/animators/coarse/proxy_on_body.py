@@ -9,7 +9,7 @@ from hemline.animators.coarse.features.feature_kernels import describe
 from hemline.animators.coarse.features.memory import LAGS, SWINGS
 from hemline.animators.coarse.features.soft_weights import SoftWeights, soft_weights
 from hemline.arrays import Faces, Float, Int, Vertices
-from hemline.collide.primitives.proxy import BodyProxy, Colliders
+from hemline.collide.primitives.body_primitives import BodyPrimitives, Colliders
 from hemline.garments import Garment
 from hemline.meshes import ClosestTree, GeodesicMesh, vertex_normals
 from hemline.motions.motion import JOINT_NAMES
@@ -117,7 +117,7 @@ class ProxyOnBody:
             shaped: The body.
         """
         skin, key = soft_weights(rest, shaped), JOINT_NAMES.index(garment.key_joint)
-        proxy = BodyProxy.fit(shaped)
+        proxy = BodyPrimitives.fit(shaped)
         parts = (_parts(proxy.joints), np.arange(len(BODY_PARTS)))
         made = cls(
             garment,

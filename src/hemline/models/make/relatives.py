@@ -49,7 +49,7 @@ def open_proxy(name: str, size: ProxySize) -> Garment:
     """Opens the proxy mesh of a garment by name, file or dataset folder."""
     if Path(name).is_dir():
         return proxy_of(open_dataset(name).garment, size)[0]
-    return proxy_of(open_garment(name, bodies.load("anny24").shaped(), fit="as-is", dressed=False), size)[0]
+    return proxy_of(open_garment(name, bodies.load("anny24").shaped(), tryon="never", dressed=False), size)[0]
 
 
 if __name__ == "__main__":

@@ -3,28 +3,28 @@
 import numpy as np
 
 from hemline.arrays import Faces, Transforms, Vertices
-from hemline.collide.primitives.proxy import BodyProxy
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 
 RINGS, AROUND = 6, 16
 """Number of rings at each end of a cone, from its tip to its side; number of vertices of a ring."""
 
 
-def cone_surfaces(proxy: BodyProxy, transforms: Transforms) -> tuple[Vertices, Faces]:
+def cone_surfaces(primitives: BodyPrimitives, transforms: Transforms) -> tuple[Vertices, Faces]:
     r"""Returns the surface of each cone.
 
     With n the normal, it is the sphere at end a where $n \cdot u \le (r_a - r_b) / l$, otherwise that at end b.
 
     Args:
-        proxy: A proxy of rounded cones, as made by `BodyProxy.fit`.
+        primitives: Rounded cones, as made by `BodyPrimitives.fit`.
         transforms: Skin transforms of the pose.
 
     Returns:
         Vertices in the world, float32 [m], and triangles, int32.
     """
-    turns = np.asarray(transforms, np.float64)[proxy.joints]
-    ends = np.stack([np.einsum("prc,pc->pr", turns[:, :, :3], proxy.shapes[:, at : at + 3]) for at in (0, 3)])
+    turns = np.asarray(transforms, np.float64)[primitives.joints]
+    ends = np.stack([np.einsum("prc,pc->pr", turns[:, :, :3], primitives.shapes[:, at : at + 3]) for at in (0, 3)])
     ends += turns[:, :, 3]
-    axis, radii = ends[1] - ends[0], proxy.shapes[:, 6:8]
+    axis, radii = ends[1] - ends[0], primitives.shapes[:, 6:8]
     length = np.maximum(np.linalg.norm(axis, axis=1), 1e-9)
     along = axis / length[:, None]
     seam = np.arccos(np.clip((radii[:, 0] - radii[:, 1]) / length, -1.0, 1.0))
@@ -41,7 +41,7 @@ def cone_surfaces(proxy: BodyProxy, transforms: Transforms) -> tuple[Vertices, F
     of_end[seam == 0], of_end[seam == np.pi] = 0, 1  # one end contains the other, and the cone is its sphere
     each = np.arange(len(radii))[:, None]
     points = ends[of_end, each][:, :, None] + radii[each, of_end][:, :, None, None] * normals
-    return points.reshape(-1, 3).astype(np.float32), _faces(len(proxy.joints))
+    return points.reshape(-1, 3).astype(np.float32), _faces(len(primitives.joints))
 
 
 def _faces(cones: int) -> Faces:

@@ -11,7 +11,7 @@ import numpy as np
 
 from hemline.animators.ropes import AnimatorRopes
 from hemline.arrays import Vertices
-from hemline.collide.primitives.proxy import BodyProxy
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.pictures import BODY, CLOTH, TRUTH, clearest_view, view_axes
 from hemline.view.stage.measures import STAGES, cloth_of, errors, inside_body, stretches
 from hemline.view.stage.source import PlayedClip
@@ -207,7 +207,7 @@ class Scene:
         if not (visible and ropes):
             return
         self._meshes["body"].opacity = SEE_THROUGH
-        vertices, faces = cone_surfaces(BodyProxy.fit(posed.shaped), posed.transforms)
+        vertices, faces = cone_surfaces(BodyPrimitives.fit(posed.shaped), posed.transforms)
         if "colliders" in self._meshes:
             self._meshes["colliders"].vertices = vertices
         else:

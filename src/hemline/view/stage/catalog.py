@@ -5,13 +5,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hemline import motions
-from hemline.animators import Animator, MaterialAware
+from hemline.animators import Animator, MaterialAware, Windy
 from hemline.animators.own_body import own_body
 from hemline.datasets import Dataset, Row
 from hemline.errors import BadInput
 
 from .source import FrameSource, PlayedClip, SimulatedClip
-from .wind import takes_wind
 
 CLIP_FPS = 30.0
 """Frames per second at which clips are played."""
@@ -95,7 +94,7 @@ class Catalog:
 
     def takes_wind(self, choice: Choice) -> bool:
         """Whether the chosen model takes wind."""
-        return choice.model != NO_MODEL and takes_wind(self._animator(choice.model))
+        return choice.model != NO_MODEL and isinstance(self._animator(choice.model), Windy)
 
     def materials(self, choice: Choice) -> tuple[str, ...]:
         """Returns the materials of the chosen model, its own first; empty for a take and for models of one material."""

@@ -5,7 +5,7 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
-from hemline.animators import Animator, Settled
+from hemline.animators import Animator, Settled, Windy
 from hemline.arrays import Vertices
 from hemline.bodies import ShapedBody
 from hemline.collide import ProjectionReport
@@ -13,8 +13,6 @@ from hemline.datasets import Take
 from hemline.garments import Garment
 from hemline.motions import Motion, Pose
 from hemline.playback import Frame, Player, PlayerState
-
-from .wind import with_wind
 
 NOT_PROJECTED = ProjectionReport(0, float("nan"), np.zeros(0, np.int32), np.zeros((0, 3), np.float32), None, False)
 """Report for frames of a simulation, which are not projected."""
@@ -136,8 +134,11 @@ class PlayedClip:
         return replace(self, player=player, motion=motion), state
 
     def with_wind(self, wind: tuple[float, float, float]) -> Self:
-        """Returns this source in another wind [m/s]; states remain valid."""
-        return replace(self, player=replace(self.player, animator=with_wind(self.player.animator, wind)))
+        """Returns this source in another wind [m/s]; states remain valid. Only `Windy` animators change."""
+        animator = self.player.animator
+        if not isinstance(animator, Windy):
+            return self
+        return replace(self, player=replace(self.player, animator=animator.in_wind(wind)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from hemline.animators.ropes.mechanics.rope_frame_kernels import carry_nodes
 from hemline.animators.ropes.mechanics.state import RopesState
 from hemline.arrays import Float, Nodes
 from hemline.bodies.body import PosedBody
-from hemline.collide.primitives.proxy import Colliders
+from hemline.collide.primitives.body_primitives import Colliders
 from hemline.learning.key_frame import to_key_frame
 from hemline.learning.mlp import Mlp
 
@@ -108,12 +108,12 @@ class BoneSource:
             return BonesState(ropes, None, state.ropes_weight), self._limit_displacements(
                 self._correct(ropes, posed, rest), rest
             )
-        old, learned, frames = state.ropes, state.learned, self.ropes.proxy.joint_frames(posed)
+        old, learned, frames = state.ropes, state.learned, self.ropes.primitives.joint_frames(posed)
         body = BodyAtRest(self.ropes.key_index, old.pivots)
         if self.ropes.is_teleport(learned.bodies[2], frames, old.pivots, dt):
             learned = learned.follow_teleport(self.ropes.key_index, frames)
-        proxy = self.ropes.proxy
-        colliders = Colliders(proxy.kinds, proxy.joints, old.shapes, old.centres, old.pivots)
+        primitives = self.ropes.primitives
+        colliders = Colliders(primitives.kinds, primitives.joints, old.shapes, old.centres, old.pivots)
         made = self.learned.step(learned, body, rest[self._free], self._margins, colliders, frames, dt)
         positions = np.empty((self.ropes.node_count, 3))
         carried = np.empty_like(old.kinematic_rest)

@@ -13,7 +13,7 @@ from hemline.animators.ropes.mechanics.dynamics import RopeChains
 from hemline.animators.ropes.mechanics.rope_frame_kernels import carry_nodes, kinematic_motion, squared_displacement
 from hemline.animators.ropes.mechanics.state import RopesState
 from hemline.arrays import Float, Int, Joints, Nodes, Transforms
-from hemline.collide.primitives.proxy import BodyProxy, Colliders
+from hemline.collide.primitives.body_primitives import BodyPrimitives, Colliders
 from hemline.errors import BadInput
 from hemline.motions import JOINT_NAMES
 
@@ -60,7 +60,7 @@ class Ropes:
     """The kinematic bones as points that the body carries."""
     rest: Nodes
     """All bones in the body's rest pose, where the garment hangs settled, float64 [m]."""
-    proxy: BodyProxy
+    primitives: BodyPrimitives
     """The body's primitives, with which the chains collide, on the shape that the garment was made on."""
     betas: Float[np.ndarray, " betas"]
     """The body shape that the garment was made on."""
@@ -128,11 +128,11 @@ class Ropes:
 
     def start(self, posed: "PosedBody") -> RopesState:
         """Returns ropes that hang on a posed body as at rest; they move along with it from the first step on."""
-        proxy = self._proxy_of(posed.shaped)
-        frames = proxy.joint_frames(posed)
+        primitives = self._primitives_of(posed.shaped)
+        frames = primitives.joint_frames(posed)
         rest = self.carriage.rest_on(posed.shaped)
         key = frames[self.key_index]
-        shift = posed.shaped.joints[self.key_index] - self.proxy.pivots[self.key_index]
+        shift = posed.shaped.joints[self.key_index] - self.primitives.pivots[self.key_index]
         positions = (self.rest + shift) @ key[:, :3].T + key[:, 3]
         positions[self.kinematic] = self.carriage.positions_in(frames, rest)
         still = np.zeros((len(rest), 3))
@@ -146,9 +146,9 @@ class Ropes:
             still.copy(),
             np.zeros(()),
             rest,
-            proxy.shapes,
-            proxy.centres,
-            proxy.pivots,
+            primitives.shapes,
+            primitives.centres,
+            primitives.pivots,
         )
 
     def step(self, state: RopesState, posed: "PosedBody", dt: float) -> RopesState:
@@ -171,7 +171,7 @@ class Ropes:
         if not SHORTEST_STEP <= dt <= LONGEST_STEP:
             cure = "take several steps, or play it with a Player, which takes any time"
             raise BadInput(f"a step of ropes takes from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s", f"dt = {dt}", cure)
-        dt, frames = float(dt), self.proxy.joint_frames(posed)
+        dt, frames = float(dt), self.primitives.joint_frames(posed)
         if self.is_teleport(state.frames, frames, state.pivots, dt):
             state = self._follow_teleport(state, frames)
         motion, velocities = self.kinematic_motion(state, frames, dt), state.velocities
@@ -183,7 +183,7 @@ class Ropes:
             if self.hook is None
             else _hook_accelerations(self.hook, state.positions + np.array(posed.origin), velocities)
         )
-        colliders = Colliders(self.proxy.kinds, self.proxy.joints, state.shapes, state.centres, state.pivots)
+        colliders = Colliders(self.primitives.kinds, self.primitives.joints, state.shapes, state.centres, state.pivots)
         positions, velocities, tensions, touched = self.chains.advance(
             state.positions,
             velocities,
@@ -252,24 +252,24 @@ class Ropes:
         velocities = (state.velocities - state.kinematic_velocities.mean(0)) @ turn.T
         return replace(state, positions=positions, velocities=velocities, frames=frames, last_dt=np.zeros(()))
 
-    def _proxy_of(self, shaped: "ShapedBody") -> BodyProxy:
+    def _primitives_of(self, shaped: "ShapedBody") -> BodyPrimitives:
         if np.array_equal(np.asarray(shaped.betas, np.float64), self.betas):
-            return self.proxy
-        return BodyProxy.fit(shaped)
+            return self.primitives
+        return BodyPrimitives.fit(shaped)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Returns all arrays by name, as model files hold them."""
         arrays = {name: getattr(self.chains, name) for name in CHAIN_ARRAYS}
         arrays |= {"corners": self.embedding.corners, "barycentric": self.embedding.barycentric}
         arrays |= {f"carriage_{name}": getattr(self.carriage, name) for name in CARRIAGE_ARRAYS}
-        return arrays | {"rest": self.rest, "betas": self.betas} | self.proxy.arrays()
+        return arrays | {"rest": self.rest, "betas": self.betas} | self.primitives.arrays()
 
     def metadata(self) -> dict[str, Any]:
         """Returns the entries of a model file that are not arrays, as JSON-like values."""
         return {
             "constants": self.constants.as_dict(),
             "key_joint": self.key_joint,
-            "proxy_names": list(self.proxy.names),
+            "proxy_names": list(self.primitives.names),
         }
 
 

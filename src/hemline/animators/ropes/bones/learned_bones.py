@@ -10,7 +10,7 @@ import numpy as np
 
 from hemline.animators.rigid_transform import RigidTransform
 from hemline.arrays import Float, Nodes, Transforms
-from hemline.collide.primitives.proxy import Colliders
+from hemline.collide.primitives.body_primitives import Colliders
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry
 from hemline.learning.mlp import Mlp

@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
-from hemline.collide.primitives.proxy import BodyProxy
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of, entry
 from hemline.motions import JOINT_NAMES
@@ -60,10 +60,12 @@ def read_ropes(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) ->
         _indices(arrays, "carriage_nearest", (kin,), None),
         _numbers(arrays, "carriage_nearest_rest", kin, 3),
     )
-    proxy = BodyProxy.of(arrays, metadata)
-    _check(len(proxy.pivots) == len(JOINT_NAMES), f"a proxy needs {len(JOINT_NAMES)} pivots", len(proxy.pivots))
+    primitives = BodyPrimitives.of(arrays, metadata)
+    _check(
+        len(primitives.pivots) == len(JOINT_NAMES), f"primitives need {len(JOINT_NAMES)} pivots", len(primitives.pivots)
+    )
     rest, betas = _numbers(arrays, "rest", nodes, 3), _numbers(arrays, "betas", None)
-    return Ropes(chains, embedding, carriage, rest, proxy, betas, key)
+    return Ropes(chains, embedding, carriage, rest, primitives, betas, key)
 
 
 def _numbers(arrays: Mapping[str, np.ndarray], name: str, *shape: int | None) -> np.ndarray:

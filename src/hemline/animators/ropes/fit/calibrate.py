@@ -143,7 +143,11 @@ def _descend(ropes: Ropes, windows: list[Window], limits: dict[str, float], step
 
     dt = windows[0][2]
     starts = [
-        (_start_window(ropes, bodies, bones, dt), [ropes.proxy.joint_frames(body) for body in bodies[2:]], bones[2:])
+        (
+            _start_window(ropes, bodies, bones, dt),
+            [ropes.primitives.joint_frames(body) for body in bodies[2:]],
+            bones[2:],
+        )
         for bodies, bones, each in windows
         if each == dt
     ]

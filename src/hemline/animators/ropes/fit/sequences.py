@@ -9,7 +9,7 @@ from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, BodyAtRe
 from hemline.animators.ropes.bones.bones import margins_of, rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.arrays import Float, Int
-from hemline.collide.primitives.proxy import Colliders
+from hemline.collide.primitives.body_primitives import Colliders
 from hemline.learning.mirror import mirror_of, mirror_transforms, mirror_vertices
 
 from .gather import TakeFrames
@@ -118,7 +118,7 @@ def _in_key(transforms: Float[np.ndarray, "frames joints 3 4"], key: int) -> Flo
 def _colliders(source: TakeFrames, ropes: Ropes) -> Colliders:
     states = [ropes.start(shaped.posed(shaped.rest_pose)) for shaped in source.shaped]
     stacked = [np.stack([getattr(state, name) for state in states]) for name in ("shapes", "centres", "pivots")]
-    return Colliders(ropes.proxy.kinds, ropes.proxy.joints, *stacked)
+    return Colliders(ropes.primitives.kinds, ropes.primitives.joints, *stacked)
 
 
 def _training_clips(

@@ -16,7 +16,7 @@ from hemline.animators.ropes.mechanics.balance import drape_balance
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains, spans_and_directions
 from hemline.arrays import Float, FramesOfVertices, Int, Nodes, Vertices
-from hemline.collide.primitives.proxy import BodyProxy
+from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.errors import BadGarment
 from hemline.meshes import geodesic_distances
 
@@ -112,8 +112,8 @@ def _assemble_ropes(
     kinematic = np.concatenate([np.arange(plan.offsets[0]), plan.offsets[:-1]])
     carriage = Carriage.of(rest[kinematic], shaped)
     roots = carriage.weights[len(kinematic) - len(plan.offsets) + 1 :]
-    proxy = BodyProxy.fit(shaped)
-    clearances, _ = proxy.distances(rest, np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1)))
+    primitives = BodyPrimitives.fit(shaped)
+    clearances, _ = primitives.distances(rest, np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1)))
     balance, tensions = drape_balance(plan.offsets, directions, masses, taut)
     chains = RopeChains(
         plan.offsets,
@@ -130,7 +130,7 @@ def _assemble_ropes(
         constants,
     )
     betas = np.asarray(shaped.betas, np.float64)
-    return Ropes(chains, plan.embedding, carriage, rest, proxy, betas, garment.key_joint)
+    return Ropes(chains, plan.embedding, carriage, rest, primitives, betas, garment.key_joint)
 
 
 def _by_hand(garment: "Garment") -> _Plan:

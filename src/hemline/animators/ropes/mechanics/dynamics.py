@@ -41,7 +41,7 @@ from functools import cached_property
 import numpy as np
 
 from hemline.arrays import Float, Int, Nodes
-from hemline.collide.primitives.proxy import Colliders
+from hemline.collide.primitives.body_primitives import Colliders
 
 from .balance import node_loads
 from .constants import RopeConstants

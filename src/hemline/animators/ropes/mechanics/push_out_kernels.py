@@ -2,8 +2,8 @@
 
 import math
 
+from hemline.collide.primitives.body_primitives import Colliders
 from hemline.collide.primitives.primitive_kernels import ROUND_CONE, round_cone_distance
-from hemline.collide.primitives.proxy import Colliders
 from hemline.compiled import kernel
 
 from .joint_frame_kernels import rotate, to_rest, to_world

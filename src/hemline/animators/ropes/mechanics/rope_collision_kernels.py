@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from hemline.collide.primitives.proxy import Colliders
+from hemline.collide.primitives.body_primitives import Colliders
 from hemline.compiled import kernel
 
 from .kernel_inputs import BodyMotion, Chains, ContactSettings, NodeArrays

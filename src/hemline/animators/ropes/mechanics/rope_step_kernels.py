@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.collide.primitives.proxy import Colliders
+from hemline.collide.primitives.body_primitives import Colliders
 from hemline.compiled import kernel
 
 from .joint_frame_kernels import copy_chain_rotations, copy_frames, frames_between

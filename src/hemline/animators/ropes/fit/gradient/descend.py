@@ -11,7 +11,7 @@ from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.state import RopesState
 from hemline.arrays import Float
-from hemline.collide.primitives.proxy import Colliders
+from hemline.collide.primitives.body_primitives import Colliders
 
 from .differentiable import Drive, trajectory
 
@@ -108,5 +108,5 @@ def _window_drive(
     )
     starts = positions, velocities
     target = np.stack([bones[:count, int(chains.offsets[0]) :] for _, _, bones in windows])
-    colliders = Colliders(ropes.proxy.kinds, ropes.proxy.joints, one.shapes, one.centres, one.pivots)
+    colliders = Colliders(ropes.primitives.kinds, ropes.primitives.joints, one.shapes, one.centres, one.pivots)
     return drive, starts, torch.as_tensor(target), colliders

@@ -13,7 +13,7 @@ from hemline.animators.ropes.mechanics.kick_kernels import SLACK_TOLERANCE
 from hemline.animators.ropes.mechanics.rope_step_kernels import place_kinematic
 from hemline.animators.ropes.mechanics.tension_kernels import solve_direct
 from hemline.arrays import Float, Points
-from hemline.collide.primitives.proxy import Colliders
+from hemline.collide.primitives.body_primitives import Colliders
 
 from .torch_contact import TorchContact
 from .torch_forces import TorchForces, dot, length_of

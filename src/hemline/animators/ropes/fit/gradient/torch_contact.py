@@ -6,7 +6,7 @@ import torch
 from hemline.animators.ropes.mechanics.dynamics import RopeChains
 from hemline.animators.ropes.mechanics.kernel_inputs import BodyMotion, NodeArrays
 from hemline.arrays import Float
-from hemline.collide.primitives.proxy import Colliders
+from hemline.collide.primitives.body_primitives import Colliders
 
 from .window_contact_kernels import resolve_windows
 

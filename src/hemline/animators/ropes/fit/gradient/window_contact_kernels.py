@@ -5,7 +5,7 @@ import numpy as np
 from hemline.animators.ropes.mechanics.kernel_inputs import BodyMotion, Chains, ContactSettings, NodeArrays
 from hemline.animators.ropes.mechanics.placed_kernels import PLACED, place_primitives
 from hemline.animators.ropes.mechanics.rope_collision_kernels import resolve_chain
-from hemline.collide.primitives.proxy import Colliders
+from hemline.collide.primitives.body_primitives import Colliders
 from hemline.compiled import kernel
 
 

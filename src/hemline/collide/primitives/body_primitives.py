@@ -10,8 +10,8 @@ import numpy as np
 from hemline.arrays import Float, Int, Points, Transforms
 from hemline.errors import BadModel
 
+from .cone_fit import fit_cones
 from .primitive_kernels import ROUND_CONE, union_distances
-from .proxy_fit import fit_cones
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
@@ -20,7 +20,7 @@ _ARRAYS = {"kinds": 1, "joints": 1, "shapes": 2, "pivots": 2}
 
 
 class Colliders(NamedTuple):
-    """The arrays of a `BodyProxy`, as kernels read them."""
+    """The arrays of a `BodyPrimitives`, as kernels read them."""
 
     kinds: Int[np.ndarray, " prims"]
     """Kind of each primitive."""
@@ -35,7 +35,7 @@ class Colliders(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class BodyProxy:
+class BodyPrimitives:
     """Primitives in the body's rest pose; each moves with the skin transform of one joint."""
 
     kinds: Int[np.ndarray, " prims"]
@@ -54,14 +54,16 @@ class BodyProxy:
             array = np.asarray(getattr(self, name))
             kind = np.int32 if axes == 1 else np.float64
             if array.ndim != axes or not np.isfinite(array).all():
-                raise BadModel(f"proxy array '{name}' cannot be used", f"shape {array.shape}", "fit the proxy again")
+                raise BadModel(
+                    f"array '{name}' of the primitives cannot be used", f"shape {array.shape}", "fit them again"
+                )
             object.__setattr__(self, name, np.ascontiguousarray(array, kind))
         count = len(self.kinds)
         fits = self.joints.shape == (count,) and self.shapes.shape == (count, 16) and self.pivots.shape[1] == 3
         inside = count == 0 or (self.joints.min() >= 0 and self.joints.max() < len(self.pivots))
         if not (fits and inside and (self.kinds == ROUND_CONE).all()):
             raise BadModel(
-                "proxy arrays do not fit together", f"{count} kinds, {self.shapes.shape} shapes", "fit the proxy again"
+                "arrays of the primitives do not match", f"{count} kinds, {self.shapes.shape} shapes", "fit them again"
             )
         object.__setattr__(self, "centres", _bounding_balls(self.shapes))
 
@@ -69,21 +71,21 @@ class BodyProxy:
     """Centre and radius of a ball around each primitive at rest; float64 [m]."""
 
     @classmethod
-    def none(cls, joints: int = 1) -> "BodyProxy":
-        """Makes a proxy without primitives, for a body of `joints` joints."""
+    def none(cls, joints: int = 1) -> "BodyPrimitives":
+        """Makes an empty set, for a body of `joints` joints."""
         empty = np.zeros(0, np.int32)
         return cls(empty, empty, np.zeros((0, 16)), np.zeros((joints, 3)))
 
     @classmethod
-    def from_primitives(cls, primitives: list[tuple[int, tuple[int, np.ndarray]]], pivots: Points) -> "BodyProxy":
-        """Makes a proxy of given primitives: the joint of each, and what `round_cone_shape` returns."""
+    def from_primitives(cls, primitives: list[tuple[int, tuple[int, np.ndarray]]], pivots: Points) -> "BodyPrimitives":
+        """Makes a set of given primitives: the joint of each, and what `round_cone_shape` returns."""
         joints = np.array([joint for joint, _ in primitives], np.int32)
         kinds = np.array([kind for _, (kind, _) in primitives], np.int32)
         shapes = np.array([shape for _, (_, shape) in primitives], float).reshape(-1, 16)
         return cls(kinds, joints, shapes, pivots)
 
     @classmethod
-    def fit(cls, shaped: "ShapedBody") -> "BodyProxy":
+    def fit(cls, shaped: "ShapedBody") -> "BodyPrimitives":
         """Fits primitives to a body at rest; the results for the last few shapes are cached.
 
         Args:
@@ -123,15 +125,15 @@ class BodyProxy:
         return {f"proxy_{name}": getattr(self, name) for name in _ARRAYS}
 
     @classmethod
-    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> "BodyProxy":
-        """Makes the proxy that `arrays` (and the key `proxy_names`) describe.
+    def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> "BodyPrimitives":
+        """Makes the primitives that `arrays` (and the key `proxy_names`) describe.
 
         Raises:
             BadModel: An array is missing or they do not fit together.
         """
         missing = [name for name in _ARRAYS if f"proxy_{name}" not in arrays]
         if missing:
-            raise BadModel("a proxy must have all its arrays", f"no proxy_{missing[0]}", "make the file again")
+            raise BadModel("primitives must have all their arrays", f"no proxy_{missing[0]}", "make the file again")
         named = {name: arrays[f"proxy_{name}"] for name in _ARRAYS}
         return cls(**named, names=tuple(metadata.get("proxy_names", ())))
 
@@ -150,10 +152,10 @@ class _ShapeKey:
 
 
 @lru_cache(maxsize=16)
-def _fit(shape: _ShapeKey) -> BodyProxy:
+def _fit(shape: _ShapeKey) -> BodyPrimitives:
     cones = fit_cones(shape.shaped)
     kinds = np.full(len(cones.joints), ROUND_CONE, np.int32)
-    return BodyProxy(kinds, cones.joints, cones.shapes, np.asarray(shape.shaped.joints, np.float64), cones.names)
+    return BodyPrimitives(kinds, cones.joints, cones.shapes, np.asarray(shape.shaped.joints, np.float64), cones.names)
 
 
 def _bounding_balls(shapes: np.ndarray) -> np.ndarray:
