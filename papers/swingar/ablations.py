@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from hemline.animators.coarse.features.columns import DYNAMIC
 from hemline.animators.coarse.fit.fit import split_takes
 from hemline.animators.coarse.fit.split_frames import SplitFrames
 from hemline.animators.coarse.fit.walk import TakeWalk
-from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, BODY_PARTS, DESCRIBED_COUNT, TRAIL_COUNT
 from hemline.animators.lag import LagConfig
 from hemline.animators.lag.fit.lag_samples import GarmentSamples, garment_samples
 from hemline.animators.swingar.fit.fit_graph import samples_of
@@ -35,17 +35,15 @@ from papers.swingar.ablations_graph import Budget, names, rows_of_graph
 
 STRIDE = 18
 """Interval between the frames that are trained on, each with the two frames before it."""
-NEAR = slice(2 * TRAIL_COUNT + 6, 2 * TRAIL_COUNT + 6 + 8 * len(BODY_PARTS))
-"""Columns of the features that say which parts of the body are near."""
-HIDDEN: dict[str, list[slice]] = {
-    "all that it is told": [],
-    "not how it lay at the beginning": [slice(DESCRIBED_COUNT, DESCRIBED_COUNT + BEGINNING_COUNT)],
-    "not how it trails (lags and swings)": [slice(0, 2 * TRAIL_COUNT)],
-    "not what of the body is near": [NEAR],
-    "not where joints are": [slice(NEAR.stop, DESCRIBED_COUNT)],
-    "the present pose alone": [slice(0, 2 * TRAIL_COUNT), slice(DESCRIBED_COUNT, DESCRIBED_COUNT + BEGINNING_COUNT)],
+HIDDEN: dict[str, tuple[str, ...]] = {
+    "all that it is told": (),
+    "not how it lay at the beginning": ("beginning",),
+    "not how it trails (lags and swings)": ("skinned trail", "carried trail"),
+    "not what of the body is near": ("nearness", "carried nearness"),
+    "not where joints are": ("joints",),
+    "the present pose alone": ("skinned trail", "carried trail", "beginning"),
 }
-"""Variants of the lag network, with the columns of features that are set to zero."""
+"""Variants of the lag network, with the features in `DYNAMIC` that are set to zero."""
 LEARNED: dict[str, dict[str, Any]] = {
     "no mirror images": {"mirrored": False},
     "millimetres of all garments alike": {"evenness": 0.0},
@@ -57,22 +55,22 @@ LEARNED: dict[str, dict[str, Any]] = {
 def rows_of_lag(train: list[GarmentSamples], valid: list[GarmentSamples], epochs: int, wanted: set) -> Iterator[dict]:
     """Yields rows of the lag network."""
     config = LagConfig(epochs=epochs)
-    for name, columns in HIDDEN.items():
+    for name, hidden in HIDDEN.items():
         if name in wanted:
-            shown = [[hide_features(each, columns) for each in split] for split in (train, valid)]
+            shown = [[hide_features(each, hidden) for each in split] for split in (train, valid)]
             yield {"network": "lag", "variant": name} | train_lag(*shown, config)
     for name, options in LEARNED.items():
         if name in wanted:
             yield {"network": "lag", "variant": name} | train_lag(train, valid, replace(config, **options))
 
 
-def hide_features(samples: GarmentSamples, columns: Sequence[slice]) -> GarmentSamples:
-    """Returns samples in which some columns of the features are zero."""
-    if not columns:
+def hide_features(samples: GarmentSamples, names: Sequence[str]) -> GarmentSamples:
+    """Returns samples in which some features of `DYNAMIC` are zero."""
+    if not names:
         return samples
     features = np.array(samples.frames.features)
-    for each in columns:
-        features[..., each] = 0
+    for name in names:
+        features[..., DYNAMIC[name]] = 0
     return replace(samples, frames=replace(samples.frames, features=features))
 
 

@@ -17,13 +17,13 @@ import torch
 from hemline.animators.swingar.estimator_config import EstimatorConfig
 from hemline.animators.swingar.fit.estimator import Estimator, cost
 from hemline.animators.swingar.fit.fit_graph import DISPLACEMENT_WIDTH
-from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX_FEATURES
+from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX
 from hemline.animators.swingar.runtime import RuntimeEstimator
 from hemline.compiled import use_threads
 from tests.animators.swingar.swingar_samples import graph_of, inputs
 
 FRAMES = 10
-FEATURES = {"told": VERTEX_FEATURES, "state_told": STATE_FEATURES, "displacement": DISPLACEMENT_WIDTH}
+FEATURES = {"told": VERTEX.count, "state_told": STATE_FEATURES, "displacement": DISPLACEMENT_WIDTH}
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "MALLOC_MMAP_MAX_": "0",

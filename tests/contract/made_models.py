@@ -15,8 +15,8 @@ from hemline.animators.agentdress.shape_samples import ShapeSamples
 from hemline.animators.agentdress.sor.rigged_tables import RiggedTables
 from hemline.animators.agentdress.sor.rigging import Rigging
 from hemline.animators.agentdress.tables import Tables
+from hemline.animators.coarse.features.columns import DYNAMIC, STATIC
 from hemline.animators.coarse.model import CoarseAnimator
-from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT
 from hemline.animators.coarse.relatives import Relatives
 from hemline.animators.coarse.wearable import CoarseWearable
 from hemline.animators.coarse.weights import Weights
@@ -30,7 +30,7 @@ from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.swingar import SwingarConfig
 from hemline.animators.swingar.estimator_config import EstimatorConfig, weight_shapes
-from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX_FEATURES
+from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX
 from hemline.animators.swingar.graph_network import GraphNetwork
 from hemline.animators.swingar.runtime import RuntimeEstimator
 from hemline.bodies import ShapedBody
@@ -190,7 +190,7 @@ def live_model() -> AnimatorLive:
 def lag_weights(width: int = 16, seed: int = 3, beginning: float = 0.0) -> Weights:
     """Weights drawn by chance, so small that no vertex moves by more than some centimetres."""
     random, config = np.random.default_rng(seed), LagConfig(width=width, beginning=beginning)
-    sizes = layer_sizes(STATIC_COUNT + DYNAMIC_COUNT, width)
+    sizes = layer_sizes(STATIC.count + DYNAMIC.count, width)
     drawn = {name: random.normal(size=size).astype(np.float32) * (2 / size[0]) ** 0.5 for name, size in sizes.items()}
     drawn["fourth"] *= 0.02
     biases = {name: np.zeros(size[1], np.float32) for name, size in sizes.items()}
@@ -216,10 +216,10 @@ def swingar_model() -> CoarseAnimator:
     """The small cape, moved by a small estimator whose weights were drawn by chance."""
     random = np.random.default_rng(4)
     sizes = {"graph": 8, "motion": 8, "state": 8, "blend": 8, "blend_last": 8, "corrective": 8, "corrective_heads": 1}
-    estimator = EstimatorConfig(**sizes, body=88, told=VERTEX_FEATURES, state_told=STATE_FEATURES, displacement=8)
+    estimator = EstimatorConfig(**sizes, body=88, told=VERTEX.count, state_told=STATE_FEATURES, displacement=8)
     drawn = {name: 0.1 * random.normal(size=shape) for name, shape in weight_shapes(estimator).items()}
     drawn |= {
-        "told_spread": np.ones(VERTEX_FEATURES),
+        "told_spread": np.ones(VERTEX.count),
         "blend_scale": np.full(1, 0.01),
         "corrective_scale": np.full(1, 0.01),
     }

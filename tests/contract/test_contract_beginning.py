@@ -15,7 +15,7 @@ from hemline.animators.coarse.displacement import (
     TRANSIENT_SECONDS,
     Displacement,
 )
-from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT
+from hemline.animators.coarse.features.columns import DYNAMIC
 from hemline.animators.coarse.wearable import CoarseWearable
 from hemline.animators.simulated_proxy import QUALITY_LEVELS, SimulatedProxy
 from hemline.errors import BadInput
@@ -116,7 +116,7 @@ def test_the_beginning_is_a_feature_in_rotated_frames_and_fades(frames, body):
     animator, found = frames
     state = found[SIMULATED - 1][0]
     proxy = animator._on(body).proxy
-    features = state.trail.features(proxy, body.posed(state.pose))[:, -BEGINNING_COUNT:]
+    features = state.trail.features(proxy, body.posed(state.pose))[:, DYNAMIC["beginning"]]
     np.testing.assert_allclose(
         state.trail.add_displacements(features[:, :3]),
         state.trail.add_displacements(state.trail.beginning.offsets),
@@ -132,7 +132,7 @@ def test_without_it_the_features_are_zero_and_it_begins_at_once(body, motion):
     assert state.opening is None and state.trail.beginning is None
     state, _ = animator.step(state, body.posed(motion[1]), DT)
     assert state.displacement.transient is None
-    assert (state.trail.features(animator._on(body).proxy, body.posed(motion[1]))[:, -BEGINNING_COUNT:] == 0).all()
+    assert (state.trail.features(animator._on(body).proxy, body.posed(motion[1]))[:, DYNAMIC["beginning"]] == 0).all()
 
 
 def test_a_negative_time_is_refused():

@@ -5,20 +5,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hemline.animators.coarse.features.mirror import dynamic_mirror, static_mirror
 
 from hemline import bodies, garments, motions
+from hemline.animators.coarse.features.columns import DYNAMIC, STATIC
 from hemline.animators.coarse.features.soft_weights import BLUR_FRACTION, MIN_BLUR, soft_weights
 from hemline.animators.coarse.features.trail import Trail
-from hemline.animators.coarse.proxy_on_body import (
-    BEGINNING_COUNT,
-    DYNAMIC_COUNT,
-    FEATURE_JOINTS,
-    STATIC_COUNT,
-    TRAIL_COUNT,
-    Cells,
-    ProxyOnBody,
-)
+from hemline.animators.coarse.proxy_on_body import Cells, ProxyOnBody
+from hemline.animators.swingar.graph_inputs import VERTEX, vertex_inputs
 from hemline.garments import coarser_garment
 from hemline.learning.mirror import mirror_motion
 from hemline.motions.motion import Pose
@@ -54,11 +47,11 @@ def test_a_body_that_was_always_at_rest_tells_only_what_is_near():
     np.testing.assert_allclose(trail.skinned, proxy().rest, atol=1e-5)
     np.testing.assert_allclose(trail.turns, np.tile([1, 0, 0, 0], (len(trail.turns), 1)), atol=1e-6)
     found = trail.features(proxy(), posed)
-    assert found.shape == (len(proxy().rest), DYNAMIC_COUNT)
-    gravity = found[:, 2 * TRAIL_COUNT + 3 : 2 * TRAIL_COUNT + 6]
-    np.testing.assert_allclose(found[:, : 2 * TRAIL_COUNT + 3], 0, atol=1e-6)
+    assert found.shape == (len(proxy().rest), DYNAMIC.count)
+    gravity = found[:, DYNAMIC["gravity"]]
+    np.testing.assert_allclose(found[:, : DYNAMIC["gravity"].start], 0, atol=1e-6)
     np.testing.assert_allclose(gravity, np.tile([0, -0.5 / np.sqrt(2), 0], (len(gravity), 1)), atol=1e-6)
-    np.testing.assert_allclose(found[:, -3 * len(FEATURE_JOINTS) :], 0, atol=1e-6)
+    np.testing.assert_allclose(found[:, DYNAMIC["joints"]], 0, atol=1e-6)
 
 
 def test_a_turned_and_moved_world_tells_the_same():
@@ -73,7 +66,7 @@ def test_a_turned_and_moved_world_tells_the_same():
     np.testing.assert_allclose(rotate(yaw, one.skinned) + shift, other.skinned, atol=2e-5)
     # of two cones that are equally near, either may be the nearest
     assert (np.abs(first - second) < 2e-3).mean() > 0.999
-    assert np.abs(first[:, : 2 * TRAIL_COUNT]).mean() > 0.01
+    assert np.abs(first[:, : DYNAMIC["carried trail"].stop]).mean() > 0.01
 
 
 def test_vectors_are_in_the_rotated_frame():
@@ -81,7 +74,7 @@ def test_vectors_are_in_the_rotated_frame():
     back = np.swapaxes(to_matrix(trail.turns.astype(np.float64)), 1, 2)
     apart = np.einsum("vij,vj->vi", back, (trail.carried - trail.skinned).astype(np.float64))
     limited = apart / np.sqrt(1 + (apart**2).sum(axis=1, keepdims=True) / 0.25)
-    np.testing.assert_allclose(found[:, 2 * TRAIL_COUNT : 2 * TRAIL_COUNT + 3], limited, atol=1e-5)
+    np.testing.assert_allclose(found[:, DYNAMIC["carried"]], limited, atol=1e-5)
 
 
 def test_the_mirrored_garment_in_the_mirrored_motion_has_the_mirrored_features():
@@ -96,14 +89,14 @@ def test_the_mirrored_garment_in_the_mirrored_motion_has_the_mirrored_features()
     other = ProxyOnBody.of(flipped, flipped.vertices, body())
     _, plain = features_of(made, clip())
     _, mirrored = features_of(other, mirror_motion(clip()))
-    order, sign = dynamic_mirror()
+    order, sign = DYNAMIC.mirror()
     expected = plain[:, order] * sign
     # the body itself is symmetric to some millimetres
     assert np.abs(mirrored - expected).mean() < 0.012
     assert np.abs(mirrored - plain).mean() > 0.04
-    order, sign = static_mirror()
+    order, sign = STATIC.mirror()
     assert np.abs(other.static - made.static[:, order] * sign).mean() < 0.006
-    assert other.static.shape[1] == STATIC_COUNT
+    assert other.static.shape[1] == STATIC.count
 
 
 def test_how_a_garment_lay_is_mirrored_with_it():
@@ -113,13 +106,31 @@ def test_how_a_garment_lay_is_mirrored_with_it():
     flip = np.float32([-1, 1, 1])
     one = trail.with_beginning(trail.skinned + way).features(proxy(), posed)
     other = trail.with_beginning(trail.skinned + flip * way).features(proxy(), posed)
-    order, sign = dynamic_mirror()
-    np.testing.assert_allclose(other[:, -BEGINNING_COUNT:], (one[:, order] * sign)[:, -BEGINNING_COUNT:], atol=1e-5)
-    np.testing.assert_allclose(one[:, -BEGINNING_COUNT:], np.tile([*way, 1], (len(one), 1)), atol=1e-5)
+    order, sign = DYNAMIC.mirror()
+    np.testing.assert_allclose(
+        other[:, DYNAMIC["beginning"]], (one[:, order] * sign)[:, DYNAMIC["beginning"]], atol=1e-5
+    )
+    np.testing.assert_allclose(one[:, DYNAMIC["beginning"]], np.tile([*way, 1], (len(one), 1)), atol=1e-5)
+
+
+@pytest.mark.parametrize("table", [DYNAMIC, STATIC, VERTEX])
+def test_the_features_of_a_table_lie_side_by_side(table):
+    places = [table[each.name] for each in table.features]
+    covered = np.concatenate([np.arange(table.count)[place] for place in places])
+    np.testing.assert_array_equal(covered, np.arange(table.count))
+
+
+def test_the_estimator_is_given_each_feature_in_its_columns():
+    random = np.random.default_rng(0)
+    dynamic, static = (random.normal(size=(5, each.count)).astype(np.float32) for each in (DYNAMIC, STATIC))
+    found = vertex_inputs(dynamic, static)
+    for table, given in ((DYNAMIC, dynamic), (STATIC, static)):
+        for each in table.features:
+            np.testing.assert_array_equal(found[:, VERTEX[each.name]], given[:, table[each.name]])
 
 
 def test_mirrors_undo_themselves():
-    for order, sign in (dynamic_mirror(), static_mirror()):
+    for order, sign in (DYNAMIC.mirror(), STATIC.mirror(), VERTEX.mirror()):
         np.testing.assert_array_equal(order[order], np.arange(len(order)))
         np.testing.assert_array_equal(sign[order] * sign, 1)
 
@@ -154,7 +165,7 @@ def test_nearness_is_that_of_the_cones(far):
     trail = Trail.start(proxy(), posed)
     found = trail.features(proxy(), posed)
     nearest = 1 - BodyPrimitives.fit(body()).distances(trail.skinned, posed.transforms)[0] / 0.3
-    near = found[:, 2 * TRAIL_COUNT + 6 : 2 * TRAIL_COUNT + 26 : 4].max(axis=1)
+    near = found[:, DYNAMIC["nearness"]][:, ::4].max(axis=1)
     seen = nearest > 0.01
     assert seen.sum() > 50
     np.testing.assert_allclose(near[seen], nearest[seen], atol=1e-4)

@@ -8,7 +8,8 @@ import pytest
 
 import hemline
 from hemline import animators, bodies, garments
-from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT, Cells
+from hemline.animators.coarse.features.columns import DYNAMIC, STATIC
+from hemline.animators.coarse.proxy_on_body import Cells
 from hemline.animators.coarse.relatives import Relatives
 from hemline.animators.coarse.wearable import CoarseWearable
 from hemline.animators.coarse.weights import Weights
@@ -23,7 +24,7 @@ WIDTH = 16
 
 
 def weights(seed: int = 0) -> Weights:
-    random, sizes = np.random.default_rng(seed), layer_sizes(STATIC_COUNT + DYNAMIC_COUNT, WIDTH)
+    random, sizes = np.random.default_rng(seed), layer_sizes(STATIC.count + DYNAMIC.count, WIDTH)
     drawn = {name: 0.2 * random.normal(size=size).astype(np.float32) for name, size in sizes.items()}
     biases = {name: 0.1 * random.normal(size=size[1]).astype(np.float32) for name, size in sizes.items()}
     known = Relatives(["a", "b", "c"], random.normal(size=(3, 256)).astype(np.float32))
@@ -55,11 +56,11 @@ def test_what_plays_is_the_formula_and_what_was_trained(cape):
 
     random, cells = np.random.default_rng(1), Cells.of(cape)
     static, features = (
-        random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT)
+        random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC.count, DYNAMIC.count)
     )
     mean, spread = (
-        random.normal(size=STATIC_COUNT + DYNAMIC_COUNT),
-        random.uniform(0.5, 2, STATIC_COUNT + DYNAMIC_COUNT),
+        random.normal(size=STATIC.count + DYNAMIC.count),
+        random.uniform(0.5, 2, STATIC.count + DYNAMIC.count),
     )
     trained = TorchLagNet(WIDTH, mean.astype(np.float32), spread.astype(np.float32), seed=4)
     with torch.no_grad():
@@ -77,12 +78,12 @@ def test_products_of_half_precision_come_near_to_those_of_single(cape):
 
     random, cells, outs = np.random.default_rng(6), TorchCells.of(Cells.of(cape)), []
     static, features = (
-        random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT)
+        random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC.count, DYNAMIC.count)
     )
     for precision in ("float32", "bfloat16"):
         zero, one = (
-            np.zeros(STATIC_COUNT + DYNAMIC_COUNT, np.float32),
-            np.ones(STATIC_COUNT + DYNAMIC_COUNT, np.float32),
+            np.zeros(STATIC.count + DYNAMIC.count, np.float32),
+            np.ones(STATIC.count + DYNAMIC.count, np.float32),
         )
         net = TorchLagNet(WIDTH, zero, one, 4, precision)
         with torch.no_grad():
@@ -97,7 +98,7 @@ def test_a_fit_begins_at_skinning():
     from hemline.animators.lag.fit.lag_training import TorchLagNet
 
     net = TorchLagNet(
-        WIDTH, np.zeros(STATIC_COUNT + DYNAMIC_COUNT, np.float32), np.ones(STATIC_COUNT + DYNAMIC_COUNT, np.float32), 0
+        WIDTH, np.zeros(STATIC.count + DYNAMIC.count, np.float32), np.ones(STATIC.count + DYNAMIC.count, np.float32), 0
     ).to_runtime()
     assert (net.weights["fourth"] == 0).all() and (net.biases["fourth"] == 0).all()
 
@@ -105,7 +106,7 @@ def test_a_fit_begins_at_skinning():
 def test_the_order_of_vertices_does_not_matter(cape):
     net, random, cells = weights().network.net, np.random.default_rng(2), Cells.of(cape)
     static, features = (
-        random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC_COUNT, DYNAMIC_COUNT)
+        random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC.count, DYNAMIC.count)
     )
     order = random.permutation(len(static))
     other = Cells(cells.cell[order], cells.near[order], cells.shares[order])

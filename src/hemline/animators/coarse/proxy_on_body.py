@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from hemline.animators.coarse.features.columns import BODY_PARTS, DYNAMIC, FEATURE_JOINTS
 from hemline.animators.coarse.features.feature_kernels import describe
-from hemline.animators.coarse.features.memory import LAGS, SWINGS
+from hemline.animators.coarse.features.kernel_inputs import TrailArrays
+from hemline.animators.coarse.features.memory import FILTER_COUNT, SWING_SECONDS
 from hemline.animators.coarse.features.soft_weights import SoftWeights, soft_weights
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.collide.primitives.body_primitives import BodyPrimitives, Colliders
@@ -17,16 +19,6 @@ from hemline.motions.motion import JOINT_NAMES
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
-FEATURE_JOINTS = tuple(
-    JOINT_NAMES.index(name)
-    for name in (
-        *("pelvis", "spine2", "neck", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle"),
-        *("left_shoulder", "right_shoulder", "left_elbow", "right_elbow"),
-    )
-)
-"""Joints whose positions are features of each vertex."""
-BODY_PARTS = ("trunk", "left arm", "right arm", "left leg", "right leg")
-"""Parts of the body whose nearness is a feature of each vertex."""
 CONTACT_DISTANCE = 0.012
 """Cloth that is nearer to the skin at rest than this lies on it [m]."""
 MAX_CLOTH_DISTANCE = 1.0
@@ -37,16 +29,6 @@ CELL_EDGE = 0.1
 """Desired spacing of cells [m]."""
 CELLS_PER_VERTEX = 4
 """Number of cells that reach a vertex."""
-STATIC_COUNT = 3 + 1 + 3 + 3 + 3 + len(JOINT_NAMES)
-"""Number of features of a vertex that do not change."""
-TRAIL_COUNT = 3 * (len(LAGS) + 2 * len(SWINGS))
-"""Number of features of a vertex that are filters of one path."""
-DESCRIBED_COUNT = 2 * TRAIL_COUNT + 3 + 3 + 2 * 4 * len(BODY_PARTS) + 3 * len(FEATURE_JOINTS)
-"""Number of features of a vertex that `describe` writes."""
-BEGINNING_COUNT = 4
-"""Number of features of a vertex about how it lay at the beginning."""
-DYNAMIC_COUNT = DESCRIBED_COUNT + BEGINNING_COUNT
-"""Number of features of a vertex that change from frame to frame."""
 
 
 @dataclass(frozen=True)
@@ -98,14 +80,13 @@ class ProxyOnBody:
     cells: Cells
     """Cells of the proxy."""
     static: Float[np.ndarray, "verts static"]
-    """Features that do not change: normal, direction and distance from the skin, distances along the cloth to where it
-    lies on the body and to its rims, position relative to the key joint, skin weights."""
+    """Features that do not change, as `features.columns.STATIC` lists them."""
     offsets: Float[np.ndarray, "verts points 3"]
     """Features of `FEATURE_JOINTS` at rest, which `describe` subtracts."""
     colliders: Colliders
     """Primitives of the body."""
-    parts: tuple[Int[np.ndarray, " prims"], Int[np.ndarray, " parts"]]
-    """Part of the body of each primitive, and the numbers of all parts."""
+    parts: Int[np.ndarray, " prims"]
+    """Index in `BODY_PARTS` of the part of the body that each primitive belongs to."""
 
     @classmethod
     def of(cls, garment: Garment, rest: Vertices, shaped: "ShapedBody") -> Self:
@@ -118,7 +99,6 @@ class ProxyOnBody:
         """
         skin, key = soft_weights(rest, shaped), JOINT_NAMES.index(garment.key_joint)
         proxy = BodyPrimitives.fit(shaped)
-        parts = (_parts(proxy.joints), np.arange(len(BODY_PARTS)))
         made = cls(
             garment,
             np.ascontiguousarray(rest, np.float32),
@@ -129,34 +109,33 @@ class ProxyOnBody:
             _static(garment, rest, shaped, skin, key),
             np.zeros((len(rest), len(FEATURE_JOINTS), 3), np.float32),
             proxy.colliders,
-            parts,
+            _parts(proxy.joints),
         )
-        still = np.zeros((len(rest), len(LAGS) + 2 * len(SWINGS) + 1, 3), np.float32)
+        still = np.zeros((len(rest), FILTER_COUNT + 1, 3), np.float32)
         turns = np.tile(np.array([1, 0, 0, 0], np.float32), (len(rest), 1))
-        features = np.empty((len(rest), DESCRIBED_COUNT), np.float32)
         frames = np.tile(np.eye(4)[:3], (len(shaped.joints), 1, 1))
-        made.describe(made.rest, turns, made.rest, still, still, frames, shaped.joints, features)
-        made.offsets[...] = features[:, -3 * len(FEATURE_JOINTS) :].reshape(len(rest), -1, 3)
+        features = np.empty((len(rest), DYNAMIC.count), np.float32)
+        made.describe(TrailArrays(made.rest, turns, made.rest, still, still), frames, shaped.joints, features)
+        made.offsets[...] = features[:, DYNAMIC["joints"]].reshape(len(rest), -1, 3)
         return made
 
-    def describe(self, positions, turns, carried, trails, carried_trails, frames, joints, out) -> None:
-        """Writes the features that change, see `feature_kernels.describe`."""
+    def describe(
+        self,
+        trail: TrailArrays,
+        frames: Float[np.ndarray, "joints 3 4"],
+        joints: Float[np.ndarray, "joints 3"],
+        features_out: Float[np.ndarray, "verts dynamic"],
+    ) -> None:
+        """Writes the features that change, but for the beginning, see `feature_kernels.describe`.
+
+        Args:
+            trail: How the proxy moved.
+            frames: Rest-to-world transforms of the joints, float64.
+            joints: Joints in the world [m].
+            features_out: Features in the columns of `DYNAMIC`, float32, to be written.
+        """
         points = np.ascontiguousarray(joints[list(FEATURE_JOINTS)], np.float32)
-        rates = np.array([1 / omega for omega, _ in SWINGS], np.float32)
-        describe(
-            positions,
-            turns,
-            carried,
-            trails,
-            carried_trails,
-            rates,
-            self.colliders,
-            frames,
-            self.parts,
-            points,
-            self.offsets,
-            out,
-        )
+        describe(trail, SWING_SECONDS, self.colliders, self.parts, frames, points, self.offsets, features_out)
 
 
 def _parts(joints: Int[np.ndarray, " prims"]) -> Int[np.ndarray, " prims"]:

@@ -6,9 +6,10 @@ from typing import Any, Self
 
 import numpy as np
 
+from hemline.animators.coarse.features.columns import DYNAMIC, STATIC
 from hemline.animators.coarse.features.trail import Trail
 from hemline.animators.coarse.network import Prediction
-from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT, ProxyOnBody
+from hemline.animators.coarse.proxy_on_body import ProxyOnBody
 from hemline.bodies import PosedBody
 from hemline.files.contents import array_of
 from hemline.motions.motion import Pose
@@ -27,7 +28,7 @@ class LagNetwork:
     def of(cls, arrays: Mapping[str, np.ndarray], config: LagConfig, own: Mapping[str, Any]) -> Self:
         """Reads the network from a model file, see `coarse.weights.NetworkReader`; raises BadModel."""
         weights, biases = {}, {}
-        for name, (inputs, outputs) in layer_sizes(STATIC_COUNT + DYNAMIC_COUNT, config.width).items():
+        for name, (inputs, outputs) in layer_sizes(STATIC.count + DYNAMIC.count, config.width).items():
             weights[name] = array_of(arrays, f"weight.{name}", "float16", (inputs, outputs)).astype(np.float32)
             biases[name] = array_of(arrays, f"bias.{name}", "float32", (outputs,))
         return cls(LagNet(weights, biases))

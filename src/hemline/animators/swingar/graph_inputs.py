@@ -2,18 +2,24 @@
 
 import numpy as np
 
+from hemline.animators.coarse.features.columns import DYNAMIC, STATIC, FeatureTable
 from hemline.animators.coarse.features.descriptor import Descriptor
 from hemline.animators.coarse.features.rest_features import fit_features, vertex_masses
-from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT, TRAIL_COUNT, ProxyOnBody
+from hemline.animators.coarse.proxy_on_body import ProxyOnBody
 from hemline.arrays import Faces, Float, Vertices
 
 from .garment_sample import GarmentSample
 from .graph import Graph
 
-STATE_FEATURES = TRAIL_COUNT + 3
+ORDER = (
+    *("skinned trail", "carried", "carried trail", "gravity"),
+    *("nearness", "carried nearness", "joints", "beginning"),
+)
+"""Order in which the estimator is given the features that change."""
+VERTEX = FeatureTable(*DYNAMIC.named(*ORDER), *STATIC.features)
+"""Features of the blend shape and the displacement; those of the state encoder come first."""
+STATE_FEATURES = VERTEX["carried"].stop
 """Number of features of the state encoder: the trail of a vertex and where its key joint would carry it."""
-VERTEX_FEATURES = STATIC_COUNT + DYNAMIC_COUNT
-"""Number of features of the blend shape and the displacement; those of the state encoder come first."""
 MIN_SKIN_WEIGHT = 1e-3
 """Smallest skin weight in logits."""
 
@@ -50,16 +56,14 @@ def garment_sample(
 def vertex_inputs(
     dynamic: Float[np.ndarray, "... verts dynamic"], static: Float[np.ndarray, "verts static"]
 ) -> Float[np.ndarray, "... verts features"]:
-    """Joins all features of vertices, those of the state encoder first, float32.
+    """Joins all features of vertices in the columns of `VERTEX`, float32.
 
     Args:
         dynamic: Features that change, see `Trail.features`.
         static: Features that do not change, see `ProxyOnBody.static`.
     """
-    key = slice(2 * TRAIL_COUNT, 2 * TRAIL_COUNT + 3)
-    trails = dynamic[..., :TRAIL_COUNT], dynamic[..., key], dynamic[..., TRAIL_COUNT : 2 * TRAIL_COUNT]
     repeated = np.broadcast_to(static, (*dynamic.shape[:-1], static.shape[1]))
-    return np.concatenate([*trails, dynamic[..., key.stop :], repeated], axis=-1, dtype=np.float32)
+    return np.concatenate([*(dynamic[..., DYNAMIC[name]] for name in ORDER), repeated], axis=-1, dtype=np.float32)
 
 
 def skin_logits(weights: Float[np.ndarray, "verts joints"]) -> Float[np.ndarray, "verts joints"]:

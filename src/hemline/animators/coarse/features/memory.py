@@ -21,6 +21,10 @@ LAGS = (0.05, 0.15, 0.5)
 """Time constants [s]."""
 SWINGS = ((4.0, 0.3), (7.0, 0.3), (12.0, 0.4))
 """Angular frequencies [rad/s] and damping ratios."""
+FILTER_COUNT = len(LAGS) + 2 * len(SWINGS)
+"""Number of vectors that the filters of a point store: the trail of each, and the velocity of each swing."""
+SWING_SECONDS = np.array([1 / omega for omega, _ in SWINGS], np.float32)
+"""Times that turn the velocity of each swing into a length [s]."""
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from hemline.animators.coarse.beginning import Beginning
-from hemline.animators.coarse.proxy_on_body import DESCRIBED_COUNT, DYNAMIC_COUNT, ProxyOnBody
+from hemline.animators.coarse.proxy_on_body import ProxyOnBody
 from hemline.animators.rigid_transform import RigidTransform
 from hemline.arrays import Float, Transforms
 from hemline.motions.quaternions import rotate
 
+from .columns import DYNAMIC
 from .feature_kernels import displace, remember, skin_and_turn
-from .memory import LAGS, SWINGS, FilterStep
+from .kernel_inputs import TrailArrays
+from .memory import FILTER_COUNT, FilterStep
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
@@ -38,7 +40,7 @@ class Trail:
     @classmethod
     def start(cls, proxy: ProxyOnBody, posed: "PosedBody") -> Self:
         """Returns the memory of a proxy on a body that has always stood in one pose."""
-        still = np.zeros((len(proxy.rest), len(LAGS) + 2 * len(SWINGS) + 1, 3), np.float32)
+        still = np.zeros((len(proxy.rest), FILTER_COUNT + 1, 3), np.float32)
         return cls(*_skin_proxy(proxy, posed.transforms), still, still)
 
     def advance(self, proxy: ProxyOnBody, posed: "PosedBody", dt: float) -> Self:
@@ -73,13 +75,11 @@ class Trail:
         return type(self)(skinned, self.turns, carried, *trails, beginning=self.beginning)
 
     def features(self, proxy: ProxyOnBody, posed: "PosedBody") -> Float[np.ndarray, "verts dynamic"]:
-        """Returns the features of this frame that change from frame to frame, float32."""
-        out = np.empty((len(self.skinned), DYNAMIC_COUNT), np.float32)
-        frames = np.ascontiguousarray(posed.transforms, np.float64)
-        proxy.describe(
-            self.skinned, self.turns, self.carried, self.trails, self.carried_trails, frames, posed.joints, out
-        )
-        out[:, DESCRIBED_COUNT:] = 0 if self.beginning is None else self.beginning.features()
+        """Returns the features of this frame that change, in the columns of `columns.DYNAMIC`, float32."""
+        out = np.empty((len(self.skinned), DYNAMIC.count), np.float32)
+        arrays = TrailArrays(self.skinned, self.turns, self.carried, self.trails, self.carried_trails)
+        proxy.describe(arrays, np.ascontiguousarray(posed.transforms, np.float64), posed.joints, out)
+        out[:, DYNAMIC["beginning"]] = 0 if self.beginning is None else self.beginning.features()
         return out
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from hemline.animators.coarse.features.columns import DYNAMIC, STATIC
 from hemline.animators.coarse.fit.split_frames import HELD_OUT, SplitFrames
-from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT
 from hemline.animators.lag.config import LagConfig
 from hemline.animators.lag.lag_network import LagNetwork
 
@@ -63,7 +63,7 @@ def fit_lag(
 
 def scales(samples: Sequence[GarmentSamples]) -> tuple[np.ndarray, np.ndarray]:
     """Returns mean and spread of each feature, float32; the spread of a constant feature is 1."""
-    count, sums = 0, np.zeros(STATIC_COUNT + DYNAMIC_COUNT)
+    count, sums = 0, np.zeros(STATIC.count + DYNAMIC.count)
     squares = sums.copy()
     for each in samples:
         features = each.features(np.arange(0, len(each), max(1, len(each) // 20))).astype(np.float64)

@@ -7,8 +7,8 @@ import numpy as np
 import torch
 from torch import nn
 
-from hemline.animators.coarse.features.mirror import VECTOR, dynamic_mirror, static_mirror
-from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, DYNAMIC_COUNT, STATIC_COUNT, Cells
+from hemline.animators.coarse.features.columns import DYNAMIC, STATIC, VECTOR
+from hemline.animators.coarse.proxy_on_body import Cells
 from hemline.animators.lag.lag_net import LagNet, layer_sizes
 
 from .lag_samples import ALL, GarmentSamples, Selection
@@ -26,7 +26,7 @@ class TorchLagNet(nn.Module):
         generator = torch.Generator().manual_seed(seed)
         self.weights = nn.ParameterDict()
         self.biases = nn.ParameterDict()
-        for name, (rows, columns) in layer_sizes(STATIC_COUNT + DYNAMIC_COUNT, width).items():
+        for name, (rows, columns) in layer_sizes(STATIC.count + DYNAMIC.count, width).items():
             scale = 0.0 if name == "fourth" else (2 / rows) ** 0.5
             self.weights[name] = nn.Parameter(scale * torch.randn(rows, columns, generator=generator))
             self.biases[name] = nn.Parameter(torch.zeros(columns))
@@ -113,7 +113,7 @@ class LagObjective:
     def __init__(self, net: TorchLagNet, train: Sequence[GarmentSamples], valid: Sequence[GarmentSamples], config):
         self.net, self.config = net, config
         self.train, self.valid = [_TorchSamples(each) for each in train], [_TorchSamples(each) for each in valid]
-        self._dynamic, self._static = dynamic_mirror(), static_mirror()
+        self._dynamic, self._static = DYNAMIC.mirror(), STATIC.mirror()
         chunks = [
             (number, first)
             for number, each in enumerate(train)
@@ -173,7 +173,7 @@ class LagObjective:
         count, ends = len(drawn.edges), drawn.edges.T.reshape(-1)
         static, features, truth = ready.static[ends], ready.features(frames, ends), ready.displacements(frames, ends)
         if drawn.unknown:
-            features[..., -BEGINNING_COUNT:] = 0
+            features[..., DYNAMIC["beginning"]] = 0
         if mirrored:
             order, signs = self._static
             static = static[:, order] * torch.from_numpy(signs)

@@ -9,7 +9,7 @@ import numpy as np
 from hemline.animators.coarse.fit.split_frames import SplitFrames
 from hemline.animators.swingar.config import SwingarConfig
 from hemline.animators.swingar.estimator_config import JOINTS, EstimatorConfig
-from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX_FEATURES
+from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX
 from hemline.animators.swingar.graph_network import GraphNetwork
 from hemline.animators.swingar.runtime import RuntimeEstimator
 
@@ -87,7 +87,7 @@ def estimator_of(config: SwingarConfig, betas: int) -> EstimatorConfig:
         betas: Number of shape coefficients of the body.
     """
     sizes = EstimatorConfig.lean() if config.sizes == "lean" else EstimatorConfig()
-    features = {"told": VERTEX_FEATURES, "state_told": STATE_FEATURES, "displacement": DISPLACEMENT_WIDTH}
+    features = {"told": VERTEX.count, "state_told": STATE_FEATURES, "displacement": DISPLACEMENT_WIDTH}
     own = features if config.features else {}
     return replace(sizes, body=betas + 3 * JOINTS, alpha=config.alpha, **own)
 

@@ -7,9 +7,8 @@ from typing import Self
 import numpy as np
 
 from hemline.animators.coarse.fit.garment_frames import GarmentFrames
-from hemline.animators.coarse.proxy_on_body import BEGINNING_COUNT, STATIC_COUNT
 from hemline.animators.swingar.garment_sample import GarmentSample
-from hemline.animators.swingar.graph_inputs import VERTEX_FEATURES, garment_sample, vertex_inputs
+from hemline.animators.swingar.graph_inputs import VERTEX, garment_sample, vertex_inputs
 from hemline.arrays import Bool, Float, Int
 from hemline.bodies import Body, PosedBody
 from hemline.collide.neural_sdf.distance import Distance
@@ -99,7 +98,7 @@ class TakeSamples:
 
     def scales(self) -> tuple[Float[np.ndarray, " features"], Float[np.ndarray, " features"]]:
         """Returns mean and spread of each feature of the vertices over frames that are trained on, float32."""
-        sums, squares, count = np.zeros(VERTEX_FEATURES), np.zeros(VERTEX_FEATURES), 0
+        sums, squares, count = np.zeros(VERTEX.count), np.zeros(VERTEX.count), 0
         for number in np.unique(self.garment_of[self.training]):
             chosen = self.training[self.garment_of[self.training] == number]
             group, rows = self._rows(chosen[:: max(1, len(chosen) // SCALE_FRAMES)])
@@ -142,4 +141,4 @@ def _pose_body(body: Body, inputs: Float[np.ndarray, " body"]) -> PosedBody:
 
 def forget_beginning(features: Float[np.ndarray, "... features"]) -> None:
     """Clears the features that say how the garment lay at the beginning, in place."""
-    features[..., -STATIC_COUNT - BEGINNING_COUNT : -STATIC_COUNT] = 0
+    features[..., VERTEX["beginning"]] = 0

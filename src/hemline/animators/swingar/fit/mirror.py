@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from hemline.animators.coarse.features.mirror import VECTOR, dynamic_mirror, static_mirror
-from hemline.animators.coarse.proxy_on_body import DYNAMIC_COUNT, STATIC_COUNT
+from hemline.animators.coarse.features.columns import VECTOR
 from hemline.animators.swingar.garment_sample import GarmentSample
-from hemline.animators.swingar.graph_inputs import vertex_inputs
+from hemline.animators.swingar.graph_inputs import VERTEX
 from hemline.learning.mirror import mirror_transforms, opposite_joints
 from hemline.motions.motion import JOINT_COUNT
 
@@ -35,7 +34,7 @@ def mirror_frames(batch: FrameBatch) -> FrameBatch:
     motion[..., 3 * JOINT_COUNT :] *= VECTOR
     features = None
     if batch.features is not None:
-        order, signs = vertex_mirror()
+        order, signs = VERTEX.mirror()
         features = batch.features[..., order] * signs
     heading = batch.heading * VECTOR * VECTOR[:, None]
     return FrameBatch(
@@ -48,14 +47,3 @@ def mirror_frames(batch: FrameBatch) -> FrameBatch:
         features,
         None if batch.turns is None else batch.turns * np.array([1, 1, -1, -1], np.float32),
     )
-
-
-def vertex_mirror() -> tuple[np.ndarray, np.ndarray]:
-    """Returns the order and signs that mirror `graph_inputs.vertex_inputs`: mirrored = features[..., order] * signs."""
-    mirrors = dynamic_mirror(), static_mirror()
-    # numbering the features shows where each column of the inputs comes from
-    numbers = np.arange(1.0, DYNAMIC_COUNT + 1), np.arange(DYNAMIC_COUNT + 1.0, DYNAMIC_COUNT + STATIC_COUNT + 1)
-    images = [each[order] * signs for each, (order, signs) in zip(numbers, mirrors, strict=True)]
-    inputs, mirrored = (vertex_inputs(dynamic[None], static[None])[0] for dynamic, static in (numbers, images))
-    column_of = {int(value): column for column, value in enumerate(inputs)}
-    return np.array([column_of[int(abs(value))] for value in mirrored]), np.sign(mirrored)

@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from hemline.animators.coarse.features.mirror import VECTOR
+from hemline.animators.coarse.features.columns import VECTOR
 from hemline.animators.swingar.garment_sample import GarmentSample
 from hemline.arrays import Int
 from hemline.learning.fit.distance_network import distances_at
