@@ -105,7 +105,7 @@ def test_one_frame_sees_what_many_see():
     for k in range(3):
         expected = body_inputs(at_rest(), *frames[k : k + 3], H, 0.4 * H)
         found = np.empty(BODY_INPUT_COUNT)
-        write_body_inputs(at_rest().joints, at_rest().key, INPUT_JOINTS, *frames[k : k + 3], H, 0.4 * H, found)
+        write_body_inputs(at_rest().joints, at_rest().key, INPUT_JOINTS, frames[k:], frames[k + 2], H, 0.4 * H, found)
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 

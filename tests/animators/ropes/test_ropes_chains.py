@@ -283,8 +283,9 @@ def test_constants_that_cannot_be_used_are_refused(change, match):
 def test_constants_and_back():
     constants = RopeConstants(wind=(1, 2, 3), position_push="history", tension_sweeps=5, position_update="project")
     assert options_of(RopeConstants, constants.as_dict()) == constants
-    assert constants.step_settings()[1:] == (5, 0, True)
-    assert constants.contact_settings() == (constants.friction, 1.0, 0.0)
+    contact = constants.contact_settings()
+    assert constants.step_settings()[1:] == (5, 0, True, contact)
+    assert contact == (constants.friction, 1.0, 0.0)
 
 
 def test_carriage_follows_the_nearest_skin():

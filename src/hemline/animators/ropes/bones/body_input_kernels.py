@@ -36,13 +36,15 @@ def spin_between(before, now, key, spin_out):
 
 
 @kernel
-def write_body_inputs(joints, key, input_joints, before, then, now, dt_before, dt, inputs_out):
+def write_body_inputs(joints, key, input_joints, history, now, dt_before, dt, inputs_out):
     """Computes the inputs of the learned bones from the body.
 
-    Reads: joints (joints, 3) at rest [m]; key: index of the key joint; input_joints (n,): `INPUT_JOINTS`; before,
-        then, now (joints, 3, 4): three poses; dt_before, dt: the times between them [s].
+    Reads: joints (joints, 3) at rest [m]; key: index of the key joint; input_joints (n,): `INPUT_JOINTS`; history
+        (2 or more, joints, 3, 4): the pose before the last one, and the last one; now (joints, 3, 4); dt_before, dt:
+        the times between these three [s].
     Writes: inputs_out (15 + 6 n,), in the order of `body_inputs`.
     """
+    before, then = history[0], history[1]
     places, spins = np.empty((3, joints.shape[0], 3)), np.empty((2, 3))
     for pose, frames in enumerate((before, then, now)):
         place_joints(frames, joints, places[pose])

@@ -170,7 +170,7 @@ class LearnedBones:
         s, key = dt / self.seconds, now[body.key]
         inputs, count = np.empty(len(self.low)), len(self.modes)
         of_body = inputs[:BODY_INPUT_COUNT]
-        write_body_inputs(body.joints, body.key, INPUT_JOINTS, bodies[0], bodies[1], now, self.seconds, dt, of_body)
+        write_body_inputs(body.joints, body.key, INPUT_JOINTS, bodies, now, self.seconds, dt, of_body)
         outputs = slice(BODY_INPUT_COUNT, BODY_INPUT_COUNT + count)
         place, displacement = inputs[outputs], inputs[outputs.stop :]
         place[:] = self._modes @ ((positions[1] - key[:, 3]) @ key[:, :3] - rest).reshape(-1)

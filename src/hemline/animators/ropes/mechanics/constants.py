@@ -99,9 +99,9 @@ class RopeConstants:
         return np.array([*self.gravity, *self.wind, *(getattr(self, name) for name in _FORCES)])
 
     def step_settings(self) -> StepSettings:
-        """Returns the constants of forces and solvers in the form that kernels take."""
+        """Returns all constants of a step in the form that kernels take."""
         project = POSITION_UPDATE.index(self.position_update) > 0
-        return StepSettings(self.numbers(), self.tension_sweeps, self.impulse_sweeps, project)
+        return StepSettings(self.numbers(), self.tension_sweeps, self.impulse_sweeps, project, self.contact_settings())
 
     def contact_settings(self) -> ContactSettings:
         """Returns the constants of contact in the form that kernels take."""

@@ -45,7 +45,7 @@ from hemline.collide.primitives.body_primitives import Colliders
 
 from .balance import node_loads
 from .constants import RopeConstants
-from .kernel_inputs import BodyMotion, Chains, ContactSettings, NodeArrays, StepSettings
+from .kernel_inputs import BodyMotion, Chains, NodeArrays, StepSettings
 from .rope_step_kernels import advance_chains
 
 Values = Float[np.ndarray, " nodes"]
@@ -196,7 +196,6 @@ class RopeChains:
         advance_chains(
             self.kernel_chains,
             self._step_settings,
-            self._contact_settings,
             colliders,
             BodyMotion(*frames, dt),
             kinematic,
@@ -241,10 +240,6 @@ class RopeChains:
     @cached_property
     def _step_settings(self) -> StepSettings:
         return self.constants.step_settings()
-
-    @cached_property
-    def _contact_settings(self) -> ContactSettings:
-        return self.constants.contact_settings()
 
     @cached_property
     def margins(self) -> Values:

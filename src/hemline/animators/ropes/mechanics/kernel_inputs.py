@@ -60,6 +60,21 @@ class StepSettings(NamedTuple):
     """Gauss-Seidel sweeps for the impulses; 0 solves directly."""
     project: bool
     """Whether a node on a taut rope goes straight on and is put back on its sphere, instead of being turned."""
+    contact: ContactSettings
+    """How nodes leave the colliders."""
+
+
+class HalfKick(NamedTuple):
+    """One half of the kick of a substep, see `kick_kernels.kick`."""
+
+    h: float
+    """Length of the whole substep [s]."""
+    is_second: bool
+    """Whether this half ends the substep."""
+    accelerations: Float[np.ndarray, "nodes 3"]
+    """External accelerations; those of the roots are written by the kick [m/s^2]."""
+    root_velocities: Float[np.ndarray, "chains 3"]
+    """Velocities of the roots at the end of this half [m/s]."""
 
 
 class BodyMotion(NamedTuple):

@@ -4,7 +4,7 @@ import math
 
 from hemline.compiled import kernel
 
-from .kernel_inputs import Chains, NodeArrays, RopeGeometry, SolverWork, StepSettings
+from .kernel_inputs import Chains, HalfKick, NodeArrays, RopeGeometry, SolverWork, StepSettings
 from .tension_kernels import (
     apply_tensions,
     impulse_demand,
@@ -62,20 +62,17 @@ def kick(
     chains: Chains,
     settings: StepSettings,
     all_ropes: RopeGeometry,
-    h,
-    second_half,
-    accelerations,
-    root_velocities,
+    half: HalfKick,
     nodes_out: NodeArrays,
     pulls_out,
     all_work: SolverWork,
 ):
     """Kicks all chains by half a substep: Eq. 2 to 5, then the impulses of Eq. 6 to 9 (steps 1 and 4).
 
-    Reads: chains; settings; all_ropes; h: substep [s]; second_half: whether this half ends the substep; accelerations
-        (nodes, 3): external ones [m/s^2]; root_velocities (chains, 3) at the end of this half [m/s]; nodes_out:
-        velocities (of roots at its beginning) and tensions, from which the solver starts.
-    Writes: nodes_out: velocities, tensions; pulls_out (nodes,): ropes that pull; accelerations of the roots; all_work.
+    Reads: chains; settings; all_ropes; half; nodes_out: velocities (of roots at its beginning) and tensions, from
+        which the solver starts.
+    Writes: nodes_out: velocities, tensions; pulls_out (nodes,): ropes that pull; half: accelerations of the roots;
+        all_work.
     """
     offsets, all_masses, velocities_out, tensions_out = (
         chains.offsets,
@@ -83,6 +80,7 @@ def kick(
         nodes_out.velocities,
         nodes_out.tensions,
     )
+    h, second_half, accelerations, root_velocities = half
     for c in range(offsets.shape[0] - 1):
         a, b = offsets[c], offsets[c + 1]
         count = b - a

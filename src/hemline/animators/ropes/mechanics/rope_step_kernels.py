@@ -6,7 +6,7 @@ from hemline.collide.primitives.body_primitives import Colliders
 from hemline.compiled import kernel
 
 from .joint_frame_kernels import copy_chain_rotations, copy_frames, frames_between
-from .kernel_inputs import BodyMotion, Chains, ContactSettings, NodeArrays, RopeGeometry, SolverWork, StepSettings
+from .kernel_inputs import BodyMotion, Chains, HalfKick, NodeArrays, RopeGeometry, SolverWork, StepSettings
 from .kick_kernels import apply_impulses, chain_geometry, chain_work, kick, limit_speeds, measure_ropes
 from .placed_kernels import PLACED, place_primitives
 from .rope_collision_kernels import resolve_chain
@@ -50,7 +50,6 @@ def place_kinematic(kinematic, motion, dt, fraction, positions_out, velocities_o
 def advance_chains(
     chains: Chains,
     settings: StepSettings,
-    contact: ContactSettings,
     colliders: Colliders,
     body: BodyMotion,
     motion,
@@ -60,7 +59,7 @@ def advance_chains(
 ):
     """Advances all chains by one frame.
 
-    Reads: chains; settings; contact; colliders; body over the frame; motion (4, kin, 3) of the kinematic nodes, as
+    Reads: chains; settings; colliders; body over the frame; motion (4, kin, 3) of the kinematic nodes, as
         `place_kinematic`; push (nodes, 3): further accelerations [m/s^2]; steps: number of substeps.
     Writes: nodes_out: positions, velocities and tensions, from their values before; touched, where a node touched.
     """
@@ -98,7 +97,7 @@ def advance_chains(
                 root_velocities[c, d] = (positions_out[offsets[c], d] - starts[offsets[c], d]) / h
         # step 1: half a kick
         external_accelerations(chains, numbers, h, springs, starts, velocities_out, accelerations)
-        kick(chains, settings, ropes, h, False, accelerations, root_velocities, nodes_out, pulls, work)
+        kick(chains, settings, ropes, HalfKick(h, False, accelerations, root_velocities), nodes_out, pulls, work)
         limit_speeds(offsets, velocities_out)
         # step 2: positions, root to tip; step 3: collisions
         frames_between(body.frames_from, body.frames_to, colliders.pivots, fraction, after)
@@ -108,7 +107,7 @@ def advance_chains(
             a, b = offsets[c], offsets[c + 1]
             for i in range(a + 1, b):
                 move_node(i, chains.lengths[i], pulls[i], settings.project, h, starts, velocities_out, positions_out)
-            hit = resolve_chain(chains, c, colliders, placed, substep, contact, starts, nodes_out)
+            hit = resolve_chain(chains, c, colliders, placed, substep, settings.contact, starts, nodes_out)
             for d in range(3):
                 root_velocities[c, d] = ends[a, d]
             measure_ropes(chains, c, c + 1, positions_out, ropes)
@@ -123,7 +122,7 @@ def advance_chains(
         # step 4: the other half
         spring_accelerations(chains, numbers, h, chain_rotations, push, nodes_out.tensions, positions_out, springs)
         external_accelerations(chains, numbers, h, springs, positions_out, velocities_out, accelerations)
-        kick(chains, settings, ropes, h, True, accelerations, root_velocities, nodes_out, pulls, work)
+        kick(chains, settings, ropes, HalfKick(h, True, accelerations, root_velocities), nodes_out, pulls, work)
         limit_speeds(offsets, velocities_out)
         copy_frames(after, before)
     place_kinematic(kinematic, motion, dt, 1.0, positions_out, velocities_out)
