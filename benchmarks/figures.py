@@ -17,8 +17,8 @@ HEAD = """# Goals and figures
 
 Each table names the command that measures its figures again; records of single runs are kept in `benchmarks/results`.
 Goals that were not reached stand beside what was measured. "Xeon" is an Intel Xeon (Sapphire Rapids), "EPYC" an AMD
-EPYC, both with two cores and Python 3.11. Terms are in the [glossary](glossary.md). `python -m benchmarks.figures`
-writes this page from `benchmarks/figures.txt`.
+EPYC, both with two cores and Python 3.11. Terms are in the [glossary](glossary.md). Figures of [export](export.md),
+[pages](page.md), [the viewer](view.md), [layers](layers.md) and [garments](wardrobe_figures.md) are on their pages.
 """
 
 COLUMNS = ("quantity", "case", "goal", "measured", "machine")
