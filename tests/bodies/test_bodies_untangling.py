@@ -8,7 +8,13 @@ import pytest
 from hemline import bodies
 from hemline.bodies import overlap_percent, overlapping, untangle, untangle_motion
 from hemline.bodies.untangling.balls import fill_with_balls
-from hemline.bodies.untangling.untangle_kernels import add_overlaps, deepest_overlaps
+from hemline.bodies.untangling.untangle_kernels import (
+    RAMP,
+    PosedBalls,
+    TurningJoints,
+    add_overlaps,
+    deepest_overlaps,
+)
 from hemline.bodies.untangling.untangling import LIMIT_DEG, PASSES, TURNED
 from hemline.motions import JOINT_NAMES, read
 from hemline.motions.quaternions import angle, inverse, multiply
@@ -101,32 +107,19 @@ def test_system_of_overlaps_is_the_gradient_of_their_energy():
     rng = np.random.default_rng(0)
     centres, radii = rng.normal(scale=0.1, size=(6, 3)), rng.uniform(0.05, 0.1, 6)
     pairs = np.array([[a, b] for a in range(3) for b in range(3, 6)], np.int32)
-    groups, gaps, ramp = np.zeros(9, np.int32), np.array([0.01]), 0.02
+    groups, gaps = np.zeros(9, np.int32), np.array([0.01])
     joint, shares = np.array([[0.3, -0.1, 0.2]]), np.zeros((6, 1))
     shares[:3] = 1
     matrix, vector = np.zeros((3, 3)), np.zeros(3)
-    add_overlaps(
-        centres,
-        radii,
-        pairs,
-        groups,
-        gaps,
-        ramp,
-        joint,
-        np.eye(3)[None],
-        shares,
-        np.ones(1),
-        matrix,
-        vector,
-        np.empty(3),
-    )
+    turning = TurningJoints(joint, np.eye(3)[None], shares, np.ones(1))
+    add_overlaps(PosedBalls(centres, radii, pairs, groups), turning, gaps, matrix, vector)
     step = 1e-6
     for axis in range(3):
         energies = []
         for sign in (1, -1):
             moved = centres.copy()
             moved[:3] += sign * step * np.cross(np.eye(3)[axis], centres[:3] - joint[0])
-            energies.append(energy(moved, radii, pairs, gaps, ramp))
+            energies.append(energy(moved, radii, pairs, gaps, RAMP))
         assert vector[axis] == pytest.approx((energies[0] - energies[1]) / (2 * step), rel=1e-4, abs=1e-9)
     assert np.allclose(matrix, matrix.T) and np.linalg.eigvalsh(matrix).min() > -1e-12
 
@@ -139,7 +132,7 @@ def test_deepest_overlap_twin(shaped):
         np.repeat([0, 1], 8).astype(np.int32),
     )
     deepest = np.empty(2)
-    deepest_overlaps(centres, radii, pairs, groups, deepest)
+    deepest_overlaps(PosedBalls(centres, radii, pairs, groups), deepest)
     depth = radii[pairs].sum(axis=1) - np.linalg.norm(centres[pairs[:, 0]] - centres[pairs[:, 1]], axis=1)
     np.testing.assert_allclose(deepest, np.maximum(depth.reshape(2, 8).max(axis=1), 0), atol=1e-12)
 

@@ -6,7 +6,14 @@ from hemline import garments
 from hemline.collide import GarmentOnBody, WholeCloth, WholeSettings
 from hemline.collide.whole.limit_kernels import PUSH, carry_vertices, decay_shifts, limit_coarse, limit_fine
 from hemline.collide.whole.models import coarse_model, fine_model
-from hemline.collide.whole.plane_kernels import Samples, constrain_samples, fill_cells, grid_around
+from hemline.collide.whole.plane_kernels import (
+    HalfSpaces,
+    Samples,
+    ShiftedCloth,
+    constrain_samples,
+    fill_cells,
+    grid_around,
+)
 from hemline.meshes import ClosestTree, geodesic_distances, rest_lengths
 from tests.collide.projection_samples import clip
 from tests.collide.whole_samples import DT, RADIUS, at, prepared, sheet
@@ -35,7 +42,7 @@ def test_weights_are_a_partition_that_is_one_at_a_control_vertex():
     shifts = np.random.default_rng(0).normal(size=(60, 3)).astype(np.float32)
     moved, carried = np.empty_like(garment.vertices), np.empty_like(garment.vertices)
     rest = np.random.default_rng(1).normal(size=garment.vertices.shape).astype(np.float32)
-    carry_vertices(garment.vertices, shifts, model.weight_ids, model.weights, rest, np.float32(0.5), moved, carried)
+    carry_vertices(ShiftedCloth(garment.vertices, shifts), model, rest, np.float32(0.5), moved, carried)
     expected = garment.vertices + np.einsum("vk,vkx->vx", model.weights, shifts[model.weight_ids])
     np.testing.assert_allclose(carried, expected, atol=1e-6)
     np.testing.assert_allclose(moved, expected + 0.5 * rest, atol=1e-6)
@@ -161,15 +168,11 @@ def test_samples_near_the_skin_are_held_over_their_nearest_place():
         surface.skin,
         whole.limbs,
         whole.limb_grid(surface),
-        points,
-        np.zeros((60, 3), np.float32),
+        ShiftedCloth(points, np.zeros((60, 3), np.float32)),
         whole.coarse,
-        Samples(np.arange(count), whole.margins, np.float32(settings.reach)),
+        Samples(np.arange(count), whole.margins, np.float32(settings.reach), 0, False),
         memory,
-        0,
-        False,
-        planes,
-        held,
+        HalfSpaces(planes, held),
     )
     places = points[whole.coarse.samples].astype(float)
     closest = ClosestTree(posed.vertices.astype(float), posed.faces).closest(places)

@@ -9,8 +9,8 @@ from hemline.compiled import kernel
 def dual_quaternions(transforms, duals_out):
     """Computes unit dual quaternions of rigid transforms.
 
-    # in:  transforms (joints, 3, 4)
-    # out: duals_out (joints, 8), wxyz twice
+    Reads: transforms (joints, 3, 4).
+    Writes: duals_out (joints, 8): wxyz twice.
     """
     for j in range(len(transforms)):
         m = transforms[j]
@@ -47,9 +47,9 @@ def dual_quaternions(transforms, duals_out):
 def skin_dual(transforms, duals, weight_indices, weights, points, points_out):
     """Skins points with dual quaternions. Points that follow a single joint take its transform as it is.
 
-    # in:  transforms (joints, 3, 4), duals (joints, 8), weight_indices and weights (points, influences),
-    #      points (points, 3) at rest [m]
-    # out: points_out (points, 3) posed [m]
+    Reads: transforms (joints, 3, 4); duals (joints, 8): of `dual_quaternions`; weight_indices, weights (points,
+        influences); points (points, 3) at rest [m].
+    Writes: points_out (points, 3): in the pose [m].
     """
     for v in range(len(points)):
         first = np.uintp(weight_indices[v, 0])

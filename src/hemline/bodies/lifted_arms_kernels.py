@@ -7,9 +7,13 @@ from hemline.compiled import kernel
 
 @kernel
 def lift_arms(arms, sides, most, low, high, arms_out):
-    # in: arms (n, 4): unit quaternions wxyz of upper arms; sides (n,): 1 for an arm that points along +x where nothing
-    #     turns, -1 for the other; most: how far an arm that hangs is lifted; low, high: angles from straight down
-    #     between which that fades [rad]   out: arms_out (n, 4)
+    """Lifts upper arms that hang.
+
+    Reads: arms (arms, 4): unit quaternions wxyz; sides (arms,): 1 for an arm that points along +x where nothing turns,
+        -1 for the other; most: angle by which an arm that hangs is lifted [rad]; low, high: angles from straight down
+        between which that fades [rad].
+    Writes: arms_out (arms, 4).
+    """
     # the arm points to R(q) (side, 0, 0), whose height is 2 side (x y + w z); it turns about (0, 0, side)
     for i in range(arms.shape[0]):
         w, x, y, z = arms[i, 0], arms[i, 1], arms[i, 2], arms[i, 3]

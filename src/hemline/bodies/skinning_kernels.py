@@ -10,7 +10,11 @@ _index = np.uintp
 
 @kernel
 def turn_columns(q, r_out):
-    """Computes the rotation matrix of a unit quaternion wxyz."""
+    """Computes the rotation matrix of a unit quaternion.
+
+    Reads: q (4,): wxyz.
+    Writes: r_out (3, 3).
+    """
     w, x, y, z = q[0], q[1], q[2], q[3]
     r_out[0, 0], r_out[0, 1], r_out[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
     r_out[1, 0], r_out[1, 1], r_out[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
@@ -19,7 +23,11 @@ def turn_columns(q, r_out):
 
 @kernel
 def product(a, b, out):
-    """Multiplies two quaternions wxyz."""
+    """Multiplies two quaternions.
+
+    Reads: a, b (4,): wxyz.
+    Writes: out (4,): may be a or b.
+    """
     w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
     x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
     y = a[0] * b[2] + a[2] * b[0] + a[3] * b[1] - a[1] * b[3]
@@ -31,9 +39,9 @@ def product(a, b, out):
 def pose_joints(rotations, translations, rest_joints, parents, rest_offsets, transforms_out, joints_out):
     """Computes skin transforms and joints of each frame, in float64 inside.
 
-    # in:  rotations (frames, joints, 4), translations (frames, 3) [m]; rest_joints (joints, 3) [m], parents (joints,),
-    #      rest_offsets (joints, 4): the body at rest
-    # out: transforms_out (frames, joints, 3, 4), joints_out (frames, joints, 3) [m]
+    Reads: rotations (frames, joints, 4); translations (frames, 3) [m]; rest_joints (joints, 3) [m], parents (joints,),
+        rest_offsets (joints, 4): the body at rest.
+    Writes: transforms_out (frames, joints, 3, 4); joints_out (frames, joints, 3) [m].
     """
     count = len(parents)
     turned = np.empty((count, 4))  # G_j
@@ -73,8 +81,8 @@ def pose_joints(rotations, translations, rest_joints, parents, rest_offsets, tra
 def skin_linear(transforms, weight_indices, weights, points, points_out):
     """Skins points by linear blending.
 
-    # in:  transforms (joints, 3, 4), weight_indices and weights (points, influences), points (points, 3) at rest [m]
-    # out: points_out (points, 3) posed [m]
+    Reads: transforms (joints, 3, 4); weight_indices, weights (points, influences); points (points, 3) at rest [m].
+    Writes: points_out (points, 3): in the pose [m].
     """
     for v in range(len(points)):
         x, y, z = points[v, 0], points[v, 1], points[v, 2]
@@ -100,8 +108,8 @@ def skin_linear(transforms, weight_indices, weights, points, points_out):
 def turn_normals(transforms, weight_indices, weights, normals, normals_out):
     """Turns rest normals by the blended rotations, and normalises them.
 
-    # in:  transforms (joints, 3, 4), weight_indices and weights (verts, influences), normals (verts, 3) at rest
-    # out: normals_out (verts, 3) posed
+    Reads: transforms (joints, 3, 4); weight_indices, weights (verts, influences); normals (verts, 3) at rest.
+    Writes: normals_out (verts, 3): in the pose.
     """
     for v in range(len(normals)):
         x, y, z = normals[v, 0], normals[v, 1], normals[v, 2]

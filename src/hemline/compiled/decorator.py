@@ -14,7 +14,11 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """Decorator that compiles a function with numba at its first call, and keeps the result on disk.
 
     Division by zero gives inf or NaN, as in NumPy. The function must not use objects: it takes arrays, scalars and
-    named tuples of arrays, and writes to arrays.
+    named tuples of arrays, and writes to arrays. Its docstring says what it reads, writes and returns, with shapes and
+    units.
+
+    A parallel kernel names the arrays of a named tuple before its loop, as in `energy_out = out.energy`: numba removes
+    stores to `out.energy[i]`, or to names unpacked from `out`, as dead code.
 
     Args:
         function: The function.

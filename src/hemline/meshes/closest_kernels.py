@@ -1,12 +1,35 @@
 """Compiled: the nearest point of a triangle mesh, exact, by a tree of boxes."""
 
+from typing import NamedTuple
+
 import numpy as np
 
+from hemline.arrays import Float, Int
 from hemline.compiled import kernel
+
+
+class BoxTree(NamedTuple):
+    """Triangles in a complete binary tree of boxes: node n has children 2n + 1 and 2n + 2, the last level is leaves."""
+
+    corners: Float[np.ndarray, "faces 3 3"]
+    """Corner positions of each triangle [m]."""
+    order: Int[np.ndarray, " faces"]
+    """Triangles, leaf by leaf."""
+    leaf: int
+    """Triangles in a leaf."""
+    low: Float[np.ndarray, "nodes 3"]
+    """Lowest coordinates of each box; there are 2^k - 1 nodes, with 2^(k-1) leaves [m]."""
+    high: Float[np.ndarray, "nodes 3"]
+    """Highest coordinates of each box [m]."""
 
 
 @kernel(inline="always")
 def _box_distance(point, low, high):
+    """Computes the distance of a point from a box.
+
+    Reads: point, low, high (3,) [m].
+    Returns: The squared distance [m^2].
+    """
     total = 0.0
     for axis in range(3):
         beyond = max(low[axis] - point[axis], point[axis] - high[axis], 0.0)
@@ -58,12 +81,13 @@ def corner_weights(point, a, b, c):
 
 
 @kernel
-def tree_boxes(corners, order, leaf, low_out, high_out):
-    """Computes the boxes of a complete binary tree: node n has children 2n + 1 and 2n + 2; the last level are leaves.
+def fill_boxes(tree: BoxTree):
+    """Computes the boxes of a tree.
 
-    Reads: corners (faces, 3, 3) [m]; order (faces,): triangles leaf by leaf; leaf: triangles in a leaf.
-    Writes: low_out, high_out (nodes, 3) [m]; nodes = 2^k - 1, with 2^(k-1) leaves.
+    Reads: tree: corners, order and leaf.
+    Writes: tree: low and high.
     """
+    corners, order, leaf, low_out, high_out = tree
     nodes = len(low_out)
     leaves = (nodes + 1) // 2
     low_out[:] = np.inf
@@ -82,16 +106,17 @@ def tree_boxes(corners, order, leaf, low_out, high_out):
 
 
 @kernel
-def nearest_points(points, corners, order, leaf, low, high, face_out, weights_out, squared_out):
+def nearest_points(points, tree: BoxTree, face_out, weights_out, squared_out):
     """Finds the nearest triangle, the barycentric weights there and the squared distance, for each point.
 
     The search is exact, over all triangles, and meant for offline work. `collide.surface.surface_kernels.walk` and
     `sim.contact.body.touch_kernels.closest_faces` follow a moving body from the last place or the nearest vertex on,
     without a tree, which would have to be built in each frame.
 
-    Reads: points (points, 3) [m]; corners (faces, 3, 3) [m]; order, leaf, low, high: the tree of `tree_boxes`.
+    Reads: points (points, 3) [m]; tree.
     Writes: face_out (points,), weights_out (points, 3), squared_out (points,) [m^2].
     """
+    corners, order, leaf, low, high = tree
     leaves = (len(low) + 1) // 2
     stack = np.empty(64, np.int64)
     for index in range(len(points)):
@@ -133,6 +158,11 @@ def nearest_points(points, corners, order, leaf, low, high, face_out, weights_ou
 
 @kernel
 def _distance_squared(point, corner, a, b, c):
+    """Computes the distance of a point from a point of a triangle.
+
+    Reads: point (3,) [m]; corner (3, 3): corners of the triangle [m]; a, b, c: their weights.
+    Returns: The squared distance [m^2].
+    """
     total = 0.0
     for axis in range(3):
         offset = point[axis] - (a * corner[0, axis] + b * corner[1, axis] + c * corner[2, axis])

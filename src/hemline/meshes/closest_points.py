@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.arrays import Faces, Float, Int, Points, Vertices
 
-from .closest_kernels import nearest_points, tree_boxes
+from .closest_kernels import BoxTree, fill_boxes, nearest_points
 from .normals import face_normals
 
 _LEAF = 4
@@ -42,12 +42,13 @@ class ClosestTree:
         return np.ascontiguousarray(self.vertices[self.faces], np.float64)
 
     @cached_property
-    def _tree(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _tree(self) -> BoxTree:
         leaves = 1 << max(0, int(np.ceil(np.log2(max(1, len(self.faces) / _LEAF)))))
         order = _halving_order(self.corners.mean(axis=1), leaves)
         low, high = np.empty((2 * leaves - 1, 3)), np.empty((2 * leaves - 1, 3))
-        tree_boxes(self.corners, order, len(order) // leaves + (len(order) % leaves > 0), low, high)
-        return order, low, high
+        tree = BoxTree(self.corners, order, len(order) // leaves + (len(order) % leaves > 0), low, high)
+        fill_boxes(tree)
+        return tree
 
     @cached_property
     def _pseudonormals(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -75,12 +76,9 @@ class ClosestTree:
             Triangles, barycentric weights, positions and distances.
         """
         points = np.ascontiguousarray(points, np.float64)
-        order, low, high = self._tree
-        leaves = (len(low) + 1) // 2
-        leaf = len(order) // leaves + (len(order) % leaves > 0)
         face = np.empty(len(points), np.int32)
         weights, squared = np.empty((len(points), 3)), np.empty(len(points))
-        nearest_points(points, self.corners, order, leaf, low, high, face, weights, squared)
+        nearest_points(points, self._tree, face, weights, squared)
         return ClosestPoints(face, weights, np.einsum("pc,pcx->px", weights, self.corners[face]), np.sqrt(squared))
 
     def outward(self, closest: ClosestPoints) -> Float[np.ndarray, "points 3"]:

@@ -5,7 +5,11 @@ from hemline.compiled import kernel
 
 @kernel(inline="always")
 def volume(a, b, c, d):
-    """Returns six times the signed volume of the tetrahedron a, b, c, d [m^3]."""
+    """Computes six times the signed volume of a tetrahedron.
+
+    Reads: a, b, c, d (3,): corners [m].
+    Returns: The volume [m^3].
+    """
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     wx, wy, wz = d[0] - a[0], d[1] - a[1], d[2] - a[2]
@@ -18,6 +22,9 @@ def segment_crosses(p, q, a, b, c):
 
     It is the only test of segments against triangles, apart from `sim.contact.pairs.pair_search_kernels.pierces`: the
     simulator finds its crossings by an independent test, so that this one can check the result.
+
+    Reads: p, q, a, b, c (3,) [m].
+    Returns: Whether the segment crosses the triangle.
     """
     if volume(a, b, c, p) * volume(a, b, c, q) >= 0.0:
         return False

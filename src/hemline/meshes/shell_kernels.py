@@ -7,9 +7,12 @@ from hemline.compiled import kernel, prange
 
 @kernel
 def solid_angle(point, corner):
-    """Returns the solid angle of a triangle about a point, positive if the point is behind it.
+    """Computes the solid angle of a triangle about a point.
 
     Source: van Oosterom, Strackee, "The Solid Angle of a Plane Triangle", 1983.
+
+    Reads: point (3,) [m]; corner (3, 3): corners of the triangle [m].
+    Returns: The angle, positive if the point is behind the triangle [sr].
     """
     ax, ay, az = corner[0, 0] - point[0], corner[0, 1] - point[1], corner[0, 2] - point[2]
     bx, by, bz = corner[1, 0] - point[0], corner[1, 1] - point[1], corner[1, 2] - point[2]

@@ -13,6 +13,7 @@ from hemline.bodies.velocities import reshaping_velocity
 from hemline.sim import BodySurface, MovingSkin, Sensitivities, SimSettings, Stepper, StepScene, settle
 from hemline.sim.cloth.join import join_sheets
 from hemline.sim.contact.pairs import body_points
+from hemline.sim.contact.pairs.body_point_kernels import MAX_POINT_DEPTH
 from hemline.sim.rest.static_step import StaticStep
 from hemline.sim.step.step import Step
 
@@ -87,11 +88,7 @@ def test_points_are_where_libigl_finds_body_vertices_behind_the_cloth(square):
     # the ball's top stands 2 mm out; how far the cloth is from the ball itself, negative inside
     height = np.einsum("vi,vi->v", skin.normals, closest - vertices)
     gap = igl.signed_distance(closest, vertices, faces.astype(np.int64))[0]
-    near = (
-        (np.sqrt(squared) < body_points.MAX_POINT_DEPTH)
-        & (np.abs(height) < body_points.MAX_POINT_DEPTH)
-        & (height < slack)
-    )
+    near = (np.sqrt(squared) < MAX_POINT_DEPTH) & (np.abs(height) < MAX_POINT_DEPTH) & (height < slack)
     # planes are those of interpolated normals, the triangles of the ball are not smooth: 0.2 mm
     sure, possible = (set(np.flatnonzero(near & (gap < slack + more))) for more in (-2e-4, 2e-4))
     assert 10 < len(sure) < 60 and sure <= set(points.body_vertex) <= possible
@@ -106,7 +103,7 @@ def test_forces_are_the_slope_of_the_energy(square):
     step = step_of(stepper, stepper.start(x), 1 / 120, then, now)
     potential, rows = step.potential, step.potential.pairs.pairs.rows
     assert rows.size > 5 and (rows.limit > 0).any()
-    gradient, middle = stepper.workspace.gradient.copy(), potential.x
+    gradient, middle = stepper.workspace.evaluation.gradient.copy(), potential.x
     rng, way = np.random.default_rng(4), 1e-8
     for _ in range(5):
         direction = np.zeros_like(x)

@@ -10,13 +10,13 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
 from hemline import bodies, garments
+from hemline.meshes.segment_crossing_kernels import crossings_of_segments
 from hemline.motions import JOINT_NAMES
 from hemline.sim import SimSettings, Stepper, StepScene, rest_drape
-from hemline.sim.contact.pairs.capsule_kernels import nearest_on_triangle, segment_hits_triangle
-from hemline.sim.contact.pairs.capsules import BONES, CAPSULE_STIFFNESS, SEARCH_RADII, Capsules
+from hemline.sim.contact.pairs.capsule_kernels import SEARCH_RADII, nearest_on_triangle, segment_hits_triangle
+from hemline.sim.contact.pairs.capsules import BONES, CAPSULE_STIFFNESS, Capsules
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.model import make_model
-from hemline.tryon.crossing_segment_kernels import crossings_of_segments
 from hemline.tryon.skeleton import Skeleton
 from tests.sim.sim_poses import kick_motion
 

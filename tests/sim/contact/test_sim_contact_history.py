@@ -5,8 +5,14 @@ import pytest
 import trimesh
 
 from hemline.sim import BodySurface, MovingSkin, SimSettings, Stepper, StepScene
-from hemline.sim.contact.history.contact_history import FORGET_HEIGHT, MAX_DEPTH, MAX_SKEW, ContactHistory
-from hemline.sim.contact.history.history_kernels import share_no_corner, walk_downhill
+from hemline.sim.contact.history.contact_history import ContactHistory
+from hemline.sim.contact.history.history_kernels import (
+    FORGET_HEIGHT,
+    MAX_DEPTH,
+    MAX_SKEW,
+    share_no_corner,
+    walk_downhill,
+)
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
 
@@ -134,9 +140,9 @@ def test_a_place_slides_over_the_skin_to_where_it_is_closest():
     later *= 0.31 / np.linalg.norm(later, axis=1, keepdims=True)
     closest = surface.closest(later, skin, nobody)
     assert not np.array_equal(before.face, closest.face)
-    star = surface.star
+    mesh = surface.mesh(skin)
     for i, vertex in enumerate(before.nearest):
-        _, face, v, w = walk_downhill(later, i, vertex, skin.vertices, surface.faces, star.starts, star.columns)
+        _, face, v, w = walk_downhill(later, i, vertex, mesh)
         assert face == closest.face[i] and (v, w) == pytest.approx(closest.weights[i])
 
 
@@ -168,10 +174,10 @@ def test_skin_that_looks_the_same_way_is_not_taken_from_deep_below_it():
 
 def reference_places(surface, points, skin, found, rest_limb, history):
     """First and second faces of each vertex, one after the other, by the words of `contact_history`."""
-    mesh = skin.vertices, surface.faces, surface.star.starts, surface.star.columns
+    mesh = surface.mesh(skin)
 
     def slid(i, place):
-        return walk_downhill(points, i, history.nearest[place, i], *mesh)[1:]
+        return walk_downhill(points, i, history.nearest[place, i], mesh)[1:]
 
     def over(i, face, v, w):
         corners, weights = surface.faces[face], np.array([1 - v - w, v, w])

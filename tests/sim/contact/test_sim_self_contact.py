@@ -11,8 +11,7 @@ import pytest
 from hemline.meshes import crossing_edges, edges, self_crossings, vertex_normals
 from hemline.sim import Elastic, SimSettings, Stepper, StepScene, make_sheet
 from hemline.sim.contact.pairs.pair_kernels import pair_forces
-from hemline.sim.contact.pairs.pair_search_kernels import _edge_edge, _vertex_face
-from hemline.sim.contact.pairs.self_contact import SEARCH_MARGIN
+from hemline.sim.contact.pairs.pair_search_kernels import ClothMesh, _edge_edge, _vertex_face
 from hemline.sim.contact.pairs.self_search import UNTANGLE_DISTANCE, SelfSearch
 
 pytestmark = pytest.mark.usefixtures("all_threads")  # kernels with parallel loops
@@ -106,6 +105,7 @@ def every_pair(search, x, moved):
     """The pairs without any search: each element against each by the exact test; none is left out for being far."""
     sheet, patches, out = search.sheet, search.patches, np.zeros((1, 5), np.uint32)
     faces, edge = sheet.faces.astype(np.int64), sheet.edges.astype(np.int64)
+    mesh = ClothMesh(faces, edge, patches.radius, patches.joined)
     label = np.empty(len(x), np.int64)
     for number in range(patches.count):
         label[patches.vertices.columns[patches.vertices.starts[number] : patches.vertices.starts[number + 1]]] = number
@@ -117,14 +117,14 @@ def every_pair(search, x, moved):
     for i in range(len(x)):
         for f in range(len(faces)):
             agree = patches.joined[label[i], label[faces[f, 0]]] and of_vertex[i] @ of_face[f] > 0
-            if not agree and vertex_face(x, moved, i, f, faces, patches.radius, SEARCH_MARGIN, 1, 0, out):
+            if not agree and vertex_face(x, moved, i, f, mesh, 0, out):
                 found.add(tuple(map(int, out[0])))
     for e in range(len(edge)):
         for g in range(len(edge)):
             here, there = label[edge[e, 0]], label[edge[g, 0]]
             agree = patches.joined[here, there] and of_edge[e] @ of_edge[g] > 0
             later = here < there or (here == there and e < g)
-            if later and not agree and edge_edge(x, moved, e, g, edge, patches.radius, SEARCH_MARGIN, 1, 0, out)[0]:
+            if later and not agree and edge_edge(x, moved, e, g, mesh, 0, out)[0]:
                 found.add(tuple(map(int, out[0])))
     return found
 

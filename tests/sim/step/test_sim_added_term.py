@@ -56,7 +56,7 @@ def test_gradient_and_blocks_are_differences_of_the_energy(square, listed):
 
     def at(positions):
         potential.evaluate(positions)
-        return potential.energy, potential.workspace.gradient.copy()
+        return potential.energy, potential.workspace.evaluation.gradient.copy()
 
     x = x + 0.002 * np.random.default_rng(1).normal(size=x.shape)
     _, gradient = at(x)

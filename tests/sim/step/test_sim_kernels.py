@@ -6,7 +6,7 @@ from scipy.linalg import cholesky_banded, solveh_banded
 from scipy.sparse.linalg import spsolve
 
 from hemline.sim import BodySurface, MovingSkin, Stepper
-from hemline.sim.cloth.air_kernels import air_at_vertices, air_by_triangle
+from hemline.sim.cloth.air_kernels import TriangleAir, air_at_vertices, air_by_triangle
 from hemline.sim.cloth.rows import Rows
 from hemline.sim.contact.body.body_contact import SEARCH_AGAIN_DISTANCE, ClosestContact
 from hemline.sim.contact.body.load_kernels import contact_terms, slip_terms
@@ -80,7 +80,7 @@ def test_hessian_is_the_gradient_of_the_forces(square):
 
     def gradient_at(positions):
         step.potential.evaluate(positions)
-        return stepper.workspace.gradient.copy()
+        return stepper.workspace.evaluation.gradient.copy()
 
     change = (gradient_at(x + 1e-6 * direction) - gradient_at(x - 1e-6 * direction)) / 2e-6
     assert np.isfinite(gradient_at(x)).all()
@@ -99,7 +99,7 @@ def test_conjugate_gradients_solve_the_system(square):
     newton_step(step.potential, fresh=True, solver_share=1e-5, solver_steps=150)
     system, free = stepper.workspace.system, np.repeat(~stepper.model.fixed, 3)
     matrix = assemble_matrix(stepper.model, stepper.workspace)[free][:, free]
-    wanted = spsolve(matrix.tocsc(), vectors(stepper.model, system.right)[free].astype(float))
+    wanted = spsolve(matrix.tocsc(), vectors(stepper.model, system.vectors.right)[free].astype(float))
     found = vectors(stepper.model, system.vectors.solution)[free]
     assert np.linalg.norm(found - wanted) < 1e-3 * np.linalg.norm(wanted)
     assert not vectors(stepper.model, system.vectors.solution).reshape(-1, 3)[pinned].any()
@@ -237,18 +237,16 @@ def test_air_on_one_triangle_is_the_textbooks():
     speed, angle, drag, lift = 3.0, np.pi / 3, 1.1, 0.4
     wind = np.tile(speed * np.array([np.sin(angle), 0, np.cos(angle)]), (3, 1))
     velocity = np.zeros((3, 3))
-    force, matrix = np.empty((1, 3)), np.empty((1, 6))
-    air_by_triangle(
-        x, velocity, wind, np.array([[0, 1, 2]], np.int32), np.array([drag]), np.array([lift]), 0.6, force, matrix
-    )
+    air, faces = TriangleAir(np.empty((1, 3)), np.empty((1, 6))), np.array([[0, 1, 2]], np.int32)
+    air_by_triangle(x, velocity, wind, faces, np.array([drag]), np.array([lift]), 0.6, air)
     size = 0.6 * 0.5 * speed**2 * np.cos(angle)
     along, across = np.array([np.sin(angle), 0, np.cos(angle)]), np.array([-np.cos(angle), 0, np.sin(angle)])
-    assert 3 * force[0] == pytest.approx(size * (drag * along + lift * np.sin(angle) * across), abs=1e-12)
+    assert 3 * air.force[0] == pytest.approx(size * (drag * along + lift * np.sin(angle) * across), abs=1e-12)
     corners = Rows(np.arange(4, dtype=np.int32), np.arange(3, dtype=np.int32))
     at, diagonal = np.empty((3, 3)), np.empty((3, 6))
-    air_at_vertices(corners, force, matrix, velocity, 100.0, at, diagonal)
-    assert at.sum(axis=0) == pytest.approx(3 * force[0], abs=1e-12)
-    assert diagonal[0] == pytest.approx(100 * matrix[0])
+    air_at_vertices(corners, air, velocity, 100.0, at, diagonal)
+    assert at.sum(axis=0) == pytest.approx(3 * air.force[0], abs=1e-12)
+    assert diagonal[0] == pytest.approx(100 * air.matrix[0])
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])

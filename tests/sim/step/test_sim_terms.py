@@ -38,7 +38,7 @@ class OneTerm:
 
     def at(self, x):
         self.potential.evaluate(x)
-        return self.potential.energy, self.potential.workspace.gradient.copy()
+        return self.potential.energy, self.potential.workspace.evaluation.gradient.copy()
 
     def directions(self, count=3):
         return np.random.default_rng(8).normal(size=(count, *self.x.shape))

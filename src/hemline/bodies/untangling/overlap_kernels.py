@@ -12,16 +12,23 @@ from hemline.compiled import kernel
 
 @kernel
 def _side_of_edge(y0, z0, y1, z1, y, z):
-    """Returns a number whose sign is the side of a directed edge on which a point lies, seen along x."""
+    """Tells on which side of a directed edge a point lies, seen along x.
+
+    Reads: y0, z0, y1, z1: start and end of the edge [m]; y, z: the point [m].
+    Returns: A number whose sign is the side [m^2].
+    """
     return (y1 - y0) * (z - z0) - (z1 - z0) * (y - y0)
 
 
 @kernel
 def _side(vertices, a, b, y, z):
-    """Whether a point lies on the left of the edge a to b, seen along x.
+    """Tells whether a point lies on the left of the edge a to b, seen along x.
 
     A point on the edge is moved a little along y, then less along z, and an edge is always tested in the same
     direction. So no ray slips between two faces, or hits both, even where it meets a vertex (bodies are symmetric).
+
+    Reads: vertices (verts, 3) [m]; a, b: ends of the edge; y, z: the point [m].
+    Returns: Whether it lies on the left.
     """
     swap = b < a
     low, high = (b, a) if swap else (a, b)
@@ -35,8 +42,8 @@ def _side(vertices, a, b, y, z):
 def _bounds(vertices, faces, bounds_out):
     """Computes the lowest and highest coordinates of a mesh.
 
-    # in:  vertices (verts, 3) [m], faces (faces, 3)
-    # out: bounds_out (2, 3) [m]
+    Reads: vertices (verts, 3) [m]; faces (faces, 3).
+    Writes: bounds_out (2, 3) [m].
     """
     for c in range(3):
         bounds_out[0, c], bounds_out[1, c] = np.inf, -np.inf
@@ -49,7 +56,12 @@ def _bounds(vertices, faces, bounds_out):
 
 @kernel
 def _faces_by_slab(vertices, faces, low, scale, starts_out):
-    """Lists faces by slabs of equal height; a face is listed in each slab that it reaches."""
+    """Lists faces by slabs of equal height; a face is listed in each slab that it reaches.
+
+    Reads: vertices (verts, 3) [m]; faces (faces, 3); low: lowest height [m]; scale: slabs per height [1/m].
+    Writes: starts_out (slabs + 2,): where each slab begins.
+    Returns: The faces, slab by slab (listed,).
+    """
     count = len(starts_out) - 2
     first, last = np.empty(len(faces), dtype=np.int32), np.empty(len(faces), dtype=np.int32)
     starts_out[:] = 0
@@ -71,7 +83,11 @@ def _faces_by_slab(vertices, faces, low, scale, starts_out):
 
 @kernel
 def _crossing(vertices, a, b, c, x, y, z):
-    """Returns +1 or -1 if the ray from a point along x crosses a face outwards or inwards, else 0."""
+    """Crosses the ray from a point along x with a face.
+
+    Reads: vertices (verts, 3) [m]; a, b, c: corners of the face; x, y, z: the point [m].
+    Returns: +1 or -1 if the ray crosses outwards or inwards, else 0.
+    """
     za, zb, zc = vertices[a, 2], vertices[b, 2], vertices[c, 2]
     if min(za, zb, zc) > z or max(za, zb, zc) < z or max(vertices[a, 0], vertices[b, 0], vertices[c, 0]) < x:
         return 0
@@ -92,8 +108,8 @@ def _crossing(vertices, a, b, c, x, y, z):
 def mark_inside(vertices, faces, tested, slabs, inside_out):
     """Marks vertices with a positive winding number. Faces are sorted into slabs of equal height to test few each.
 
-    # in:  vertices (verts, 3) float64 [m], faces (faces, 3), tested (tested,): ids, slabs: number of slabs
-    # out: inside_out (verts,) bool, set where the winding number is positive and unchanged elsewhere
+    Reads: vertices (verts, 3) float64 [m]; faces (faces, 3); tested (tested,): vertices; slabs: number of slabs.
+    Writes: inside_out (verts,) bool: set where the winding number is positive, unchanged elsewhere.
     """
     bounds = np.empty((2, 3))
     _bounds(vertices, faces, bounds)

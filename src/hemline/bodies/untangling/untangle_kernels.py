@@ -1,17 +1,50 @@
 """Compiled kernels of `untangling`: the Gauss-Newton system of overlapping balls."""
 
+from typing import NamedTuple
+
 import numpy as np
+from jaxtyping import Float, Int
 
 from hemline.compiled import kernel
 
+RAMP = 0.005
+"""Depth of an overlap up to which its cost grows faster than the depth [m]."""
+
+
+class PosedBalls(NamedTuple):
+    """The balls that fill the limbs of a posed body, see `Balls`."""
+
+    centres: Float[np.ndarray, "balls 3"]
+    """Centres in the pose [m]."""
+    radii: Float[np.ndarray, " balls"]
+    """Radii [m]."""
+    pairs: Int[np.ndarray, "pairs 2"]
+    """Pairs of balls that must not overlap."""
+    limb_pairs: Int[np.ndarray, " pairs"]
+    """Pair of limbs that each pair of balls belongs to."""
+
+
+class TurningJoints(NamedTuple):
+    """The joints of a posed body that may turn."""
+
+    positions: Float[np.ndarray, "joints 3"]
+    """Positions in the pose [m]."""
+    axes: Float[np.ndarray, "joints 3 3"]
+    """Axes of the turns, as columns, in the world."""
+    shares: Float[np.ndarray, "balls joints"]
+    """Fraction of each joint's turn that moves each ball."""
+    scales: Float[np.ndarray, " joints"]
+    """Turn of a joint per unit of its free parameter."""
+
 
 @kernel
-def deepest_overlaps(centres, radii, pairs, limb_pairs, deepest_out):
+def deepest_overlaps(balls: PosedBalls, deepest_out):
     """Computes the deepest overlap of each pair of limbs, 0 where there is none.
 
-    # in:  centres (balls, 3) posed [m], radii (balls,) [m], pairs (pairs, 2), limb_pairs (pairs,)
-    # out: deepest_out (limb pairs,) [m]
+    Reads: balls.
+    Writes: deepest_out (limb pairs,) [m].
     """
+    centres, radii, pairs, limb_pairs = balls
     deepest_out[:] = 0
     for k in range(len(pairs)):
         a, b = pairs[k, 0], pairs[k, 1]
@@ -23,17 +56,16 @@ def deepest_overlaps(centres, radii, pairs, limb_pairs, deepest_out):
 
 
 @kernel
-def add_overlaps(
-    centres, radii, pairs, limb_pairs, gaps, ramp, joints, axes, shares, scales, matrix_out, vector_out, columns_out
-):
-    r"""Adds J^T J and J^T f of all overlaps, f = d^2 / (2 s) up to the ramp s and d - s/2 beyond, d = reach - distance.
+def add_overlaps(balls: PosedBalls, turning: TurningJoints, gaps, matrix_out, vector_out):
+    """Adds J^T J and J^T f of all overlaps, f = d^2 / (2 s) up to s = `RAMP` and d - s/2 beyond, d = reach - distance.
 
-    # in:  centres (balls, 3) posed [m], radii (balls,) [m], pairs (pairs, 2), limb_pairs (pairs,); gaps (limb pairs,)
-    #      to keep [m]; ramp s [m]; joints (joints, 3) that may turn [m], axes (joints, 3, 3) in the world, shares
-    #      (balls, joints): how much each ball moves with each joint; scales (joints,) of the columns
-    # out: matrix_out (3 joints, 3 joints) and vector_out (3 joints,), added to; columns_out (3 joints,), scratch
+    Reads: balls; turning; gaps (limb pairs,) to keep [m].
+    Writes: matrix_out (3 joints, 3 joints), vector_out (3 joints,): increased.
     """
-    count = len(joints)
+    centres, radii, pairs, limb_pairs = balls
+    joints, axes, shares, scales = turning
+    count, ramp = len(joints), RAMP
+    columns = np.empty(3 * count)
     for k in range(len(pairs)):
         a, b = pairs[k, 0], pairs[k, 1]
         reach = radii[a] + radii[b] + gaps[limb_pairs[k]]
@@ -57,12 +89,12 @@ def add_overlaps(
                         pz = centres[ball, 2] - joints[j, 2]
                         moved = (uy * pz - uz * py) * x + (uz * px - ux * pz) * y + (ux * py - uy * px) * z
                         change += sign * moves_with * moved / distance
-                columns_out[3 * j + c] = slope * scales[j] * change
+                columns[3 * j + c] = slope * scales[j] * change
         for row in range(3 * count):
-            if columns_out[row] == 0:
+            if columns[row] == 0:
                 continue
-            vector_out[row] += columns_out[row] * residual
+            vector_out[row] += columns[row] * residual
             for column in range(3 * count):
-                if columns_out[column] == 0:
+                if columns[column] == 0:
                     continue
-                matrix_out[row, column] += columns_out[row] * columns_out[column]
+                matrix_out[row, column] += columns[row] * columns[column]

@@ -13,7 +13,7 @@ from hemline.motions import JOINT_NAMES, Motion, Pose
 from hemline.motions.quaternions import angle, from_axis_angle, inverse, multiply, to_matrix
 
 from .balls import Balls, fill_with_balls
-from .untangle_kernels import add_overlaps, deepest_overlaps
+from .untangle_kernels import PosedBalls, TurningJoints, add_overlaps, deepest_overlaps
 
 LIMIT_DEG = 15.0
 """Largest turn of a joint of a pose, and of a motion in each pass [deg]."""
@@ -29,7 +29,6 @@ _STIFFNESS = np.repeat([1e-3, 2e-2, 4e-3, 4e-2], 6)
 """Cost of turning shoulders, elbows, hips and knees, relative to overlap [m^2/rad^2]."""
 _GAP, _GAP_RAMP = 0.012, 0.01
 """Gap between limbs that overlapped, and the overlap up to which the gap grows [m]."""
-_RAMP = 0.005
 _STEPS, _DAMPING = 10, 1.0
 _SMOOTHING = 0.06
 """Width of the Gaussian by which a motion's corrections are smoothed in time [s]."""
@@ -140,9 +139,8 @@ def _turns(shaped: BodyShape, pose: Pose) -> Float[np.ndarray, "turned 3"]:
     """Returns rotation vectors of the joints in `TURNED`, in their parents' frames; zero if nothing overlaps [rad]."""
     balls, free = fill_with_balls(shaped), np.zeros(3 * len(TURNED))
     transforms, _ = shaped.transforms_of(pose.rotations[None], pose.translation[None])
-    centres = skin_points(transforms[0], balls.weight_indices, balls.weights, balls.centres)
     deepest = np.zeros(balls.limb_pairs.max() + 1)
-    deepest_overlaps(centres, balls.radii, balls.pairs, balls.limb_pairs, deepest)
+    deepest_overlaps(_pose_balls(balls, transforms[0]), deepest)
     if not deepest.any():
         return free.reshape(-1, 3)
     gaps = _GAP * np.minimum(deepest / _GAP_RAMP, 1)
@@ -151,31 +149,23 @@ def _turns(shaped: BodyShape, pose: Pose) -> Float[np.ndarray, "turned 3"]:
     return free.reshape(-1, 3) * _scales(free)[:, None]
 
 
+def _pose_balls(balls: Balls, transforms: np.ndarray) -> PosedBalls:
+    """Returns the balls where the skin transforms (joints, 3, 4) take them."""
+    centres = skin_points(transforms, balls.weight_indices, balls.weights, balls.centres)
+    return PosedBalls(centres, balls.radii, balls.pairs, balls.limb_pairs)
+
+
 def _step(shaped: BodyShape, pose: Pose, balls: Balls, gaps: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Returns a Gauss-Newton step of the free parameters."""
     scales = _scales(free)
     rotations = _apply_turns(pose.rotations[None], (free.reshape(-1, 3) * scales[:, None])[None]).astype(np.float32)
     transforms, joints = shaped.transforms_of(rotations, pose.translation[None])
-    centres = skin_points(transforms[0], balls.weight_indices, balls.weights, balls.centres)
     matrix, vector = np.diag(_STIFFNESS), _STIFFNESS * free
     above = shaped.body.parents[list(TURNED)]
     axes = transforms[0][above, :, :3] @ _from_rest(shaped.body)
     at = joints[0][list(TURNED)].astype(np.float64)
-    add_overlaps(
-        centres,
-        balls.radii,
-        balls.pairs,
-        balls.limb_pairs,
-        gaps,
-        _RAMP,
-        at,
-        axes,
-        _shares(shaped),
-        scales,
-        matrix,
-        vector,
-        np.empty(len(free)),
-    )
+    turning = TurningJoints(at, axes, _shares(shaped), scales)
+    add_overlaps(_pose_balls(balls, transforms[0]), turning, gaps, matrix, vector)
     return np.linalg.solve(matrix + _DAMPING * np.diag(np.diag(matrix)), vector)
 
 

@@ -94,7 +94,8 @@ def softplus(values, slopes_out):
 
     exp(-v) is a polynomial on [0, 1/2], squared five times, log(1 + t) one on [0, 1]; the error is below 1e-6 / 100.
 
-    Writes: values (n,), float32, read as a; slopes_out (n,), float32.
+    Reads: values (n,), float32: a.
+    Writes: values, slopes_out (n,), float32.
     """
     one, half = np.float32(1), np.float32(0.5)
     for i in range(len(values)):

@@ -25,6 +25,35 @@ class Cloth(NamedTuple):
     """Displacement in the last frame [m]."""
 
 
+class LiftDistances(NamedTuple):
+    """Distances of `ProjectionSettings` that decide how far vertices are moved out of the skin [m]."""
+
+    margin: np.float32
+    """A vertex nearer to the skin is moved out."""
+    gap: np.float32
+    """Least distance of moved vertices."""
+    far: np.float32
+    """A vertex farther out is measured only in some frames."""
+
+
+class Escapes(NamedTuple):
+    """Ways out for blocked vertices; kernels write to them."""
+
+    trials: Float[np.ndarray, "blocked 3"]
+    """Positions to test [m]."""
+    fallbacks: Float[np.ndarray, "blocked 3"]
+    """Positions outside of the own limb, for vertices whose trial is not free [m]."""
+
+
+class LeafCorners(NamedTuple):
+    """Corners of the faces of the leaves that were met in a frame, eight faces at a time; kernels write to them."""
+
+    corners: Float[np.ndarray, "leaves 10 8"]
+    """Three corners of each face [m], and the volume below which the face is in doubt [m^3]."""
+    ready: Bool[np.ndarray, " leaves"]
+    """Leaves whose corners were copied."""
+
+
 class Proposal(NamedTuple):
     """Where each vertex near the skin should go, and how that place was tested."""
 

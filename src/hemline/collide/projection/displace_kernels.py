@@ -66,21 +66,22 @@ def take_normals(skin, face, rows_out, lane):
 
 
 @kernel
-def displace(cloth, skin, ids, decay, margin, gap, far, turn, positions_out, signed_out):
+def displace(cloth, skin, ids, decay, distances, turn, positions_out, signed_out):
     """Proposes where each listed vertex should go to be outside of the surface around its anchor.
 
-    A vertex that was farther outside than `far`, or that keeps clear of its anchor, is measured in every fourth
-    turn only. For a vertex farther inside than that, the kernel searches for a much shorter way out; in the first turn,
-    for all.
+    A vertex that was farther outside than `distances.far`, or that keeps clear of its anchor, is measured in every
+    fourth turn only. For a vertex farther inside than that, the kernel searches for a much shorter way out; in the
+    first turn, for all.
     A vertex with a place of contact is only measured around that place.
 
-    Reads: cloth; skin; ids (near,): vertices; decay: the factor of last frame's offsets, 0 to 1; margin, gap, far:
-        distances of `ProjectionSettings` [m]; turn: frame number from 1.
+    Reads: cloth; skin; ids (near,): vertices; decay: the factor of last frame's offsets, 0 to 1; distances:
+        `LiftDistances`; turn: frame number from 1.
     Writes: positions_out (near, 3) [m]; signed_out (near,): signed distances before [m]; the cloth's anchors and
         heights; the skin's normals.
     """
     points, places, anchors = cloth.points, cloth.places, cloth.anchors
     heights, offsets = cloth.heights, cloth.offsets
+    margin, gap, far = distances
     tiny, loyalty, last, buffers = np.float32(1e-8), np.float32(0.1), np.int64(-1), search_buffers(skin)
     body, faces, ring_start, ring = skin.body, skin.faces, skin.ring_start, skin.ring
     rows, stands = np.zeros((ROWS, LANES), np.float32), np.zeros(LANES, np.bool_)

@@ -46,7 +46,11 @@ def project_lanes(rows, within_out):
 
 @kernel(forceinline=True)
 def lift_distance(distance, margin, gap):
-    """Returns where a vertex at `distance` < `margin` ends [m]: within (gap, margin), monotone, C1 at the margin."""
+    """Moves a vertex out of the skin: within (gap, margin), monotone, C1 at the margin.
+
+    Reads: distance: that of the vertex, less than the margin [m]; margin, gap [m].
+    Returns: The distance at which the vertex ends [m].
+    """
     span = margin - gap
     return gap + span * span / (span + margin - distance)
 

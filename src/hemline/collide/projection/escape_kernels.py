@@ -51,15 +51,15 @@ def find_escape_faces(points, anchors, skin, ids, blocked, limb, faces_out):
 
 
 @kernel
-def propose_escapes(cloth, skin, vertices, faces, most_steps, own_limb, margin, gap, trials_out, fallbacks_out):
+def propose_escapes(cloth, skin, vertices, faces, most_steps, own_limb, distances, out):
     """Proposes a way out for blocked vertices: over the nearest place of the surface around a face.
 
     Reads: cloth; skin; vertices (blocked,); faces (blocked,): where the walk of each begins; most_steps: its length at
         most; own_limb: whether the faces are of the vertices' own limbs. Then the trial is the nearest place, moved
-        outward by `PINCH_OFFSET`, which tells whether the vertex is pinched; margin, gap [m].
-    Writes: trials_out (blocked, 3): positions to test [m]; fallbacks_out (blocked, 3): positions outside of the own
-        limb, for vertices whose trial is not free [m]; the cloth's anchors and heights.
+        outward by `PINCH_OFFSET`, which tells whether the vertex is pinched; distances: `LiftDistances`.
+    Writes: out: `Escapes`; the cloth's anchors and heights.
     """
+    margin, gap, trials_out, fallbacks_out = distances.margin, distances.gap, out.trials, out.fallbacks
     points, anchors, heights = cloth.points, cloth.anchors, cloth.heights
     one = np.float32(1)
     for k in range(len(vertices)):
@@ -80,15 +80,15 @@ def propose_escapes(cloth, skin, vertices, faces, most_steps, own_limb, margin, 
 
 
 @kernel
-def take_escapes(blocked, winding, touching, trials, fallbacks, positions_out, remaining_out):
+def take_escapes(blocked, winding, touching, escapes, positions_out, remaining_out):
     """Moves blocked vertices to their trial position where that is free, else to their fallback.
 
     Reads: blocked (blocked,): places in the list of vertices near the skin; winding and touching (blocked,): the test
-        of the trials; trials, fallbacks (blocked, 3) of `propose_escapes` [m].
+        of the trials; escapes: of `propose_escapes`.
     Writes: positions_out (near, 3) [m]; remaining_out (blocked,): places in `blocked` of those whose trial is not free.
     Returns: how many remain.
     """
-    count = 0
+    count, trials, fallbacks = 0, escapes.trials, escapes.fallbacks
     for k in range(len(blocked)):
         is_free = winding[k] == 0 and not touching[k]
         for axis in range(3):

@@ -10,7 +10,7 @@ from hemline.collide.surface.box_kernels import BLOCK
 from hemline.collide.surface.posed_surface import PosedSurface
 from hemline.collide.surface.surface_kernels import MOST_STEPS
 
-from .cloth import Cloth, Proposal
+from .cloth import Cloth, Escapes, LeafCorners, LiftDistances, Proposal
 from .displace_kernels import SLOW_STEPS, displace, list_doubtful, restore_free, write_back
 from .escape_kernels import deepest_penetration, find_escape_faces, propose_escapes, take_escapes
 from .pinch_kernels import carry_along
@@ -56,12 +56,13 @@ class ProjectedFrame:
         surface: PosedSurface | None = None,
     ):
         self.projector, self.patches, self.vertices = projector, projector.on_body.patches, vertices
-        self.margin, self.gap = np.float32(projector.settings.margin), np.float32(projector.settings.gap)
+        settings = projector.settings
+        self.distances = LiftDistances(*map(np.float32, (settings.margin, settings.gap, settings.far)))
         surface = surface or projector.on_body.surface(posed)
         self.to_world, self.skin = surface.to_world, surface.skin
         self.points = surface.into_bone_frame(vertices, projector.on_body.order)
         leaves = self.skin.leaf_box.shape[1]
-        self.leaf_corners, self.ready = np.empty((leaves, 10, BLOCK), np.float32), np.zeros(leaves, np.bool_)
+        self.leaves = LeafCorners(np.empty((leaves, 10, BLOCK), np.float32), np.zeros(leaves, np.bool_))
         reach = float(np.abs(self.skin.patch_box).max())
         far = float(np.abs(self.to_world[:, 3]).max()) + reach
         self.rounding = np.float32(np.finfo(np.float32).eps * (ROUNDING_UNITS * reach + 2 * far))
@@ -133,9 +134,8 @@ class ProjectedFrame:
     def displace_vertices(self, ids: Int[np.ndarray, " near"], dt: float) -> tuple[Points, Float[np.ndarray, " near"]]:
         """Returns where each vertex should go by its anchor, and its signed distance before [m]."""
         positions, signed = np.empty((len(ids), 3), np.float32), np.empty(len(ids), np.float32)
-        settings, turn = self.projector.settings, self.state.frame
-        decay, far = np.float32(np.exp(-dt / settings.release)), np.float32(settings.far)
-        displace(self.cloth, self.skin, ids, decay, self.margin, self.gap, far, turn, positions, signed)
+        decay = np.float32(np.exp(-dt / self.projector.settings.release))
+        displace(self.cloth, self.skin, ids, decay, self.distances, self.state.frame, positions, signed)
         return positions, signed
 
     def find_blocked(
@@ -152,7 +152,9 @@ class ProjectedFrame:
             np.empty((count, 3), np.float32),
         )
         proposal = Proposal(positions, signed, *self.windings(positions, ids))
-        listed = list_doubtful(self.points, state.offsets, ids, proposal, self.margin, state.frame, doubtful, tests)
+        listed = list_doubtful(
+            self.points, state.offsets, ids, proposal, self.distances.margin, state.frame, doubtful, tests
+        )
         winding, touching = self.windings(tests[:listed], ids[doubtful[:listed]])
         blocked_count = restore_free(self.points, ids, proposal, doubtful[:listed], winding, touching, blocked)
         return blocked[:blocked_count]
@@ -179,17 +181,7 @@ class ProjectedFrame:
             ids: The vertex of each point, ascending.
         """
         winding, touching = np.empty(len(tests), np.int32), np.empty(len(tests), np.bool_)
-        windings(
-            tests,
-            ids,
-            self.state.directions,
-            self.skin,
-            self.rounding,
-            self.leaf_corners,
-            self.ready,
-            winding,
-            touching,
-        )
+        windings(tests, ids, self.state.directions, self.skin, self.rounding, self.leaves, winding, touching)
         return winding, touching
 
     def lead_out(
@@ -237,12 +229,12 @@ class ProjectedFrame:
         own_limb: bool = False,
     ) -> tuple[Int[np.ndarray, " still"], Float[np.ndarray, "still 3"]]:
         """Tries a way out around a face for each vertex; returns which of `blocked` are still not free, and where."""
-        trials, fallbacks = np.empty((len(blocked), 3), np.float32), np.empty((len(blocked), 3), np.float32)
-        vertices, distances = ids[blocked], (self.margin, self.gap)
-        propose_escapes(self.cloth, self.skin, vertices, faces, most_steps, own_limb, *distances, trials, fallbacks)
+        escapes = Escapes(np.empty((len(blocked), 3), np.float32), np.empty((len(blocked), 3), np.float32))
+        vertices = ids[blocked]
+        propose_escapes(self.cloth, self.skin, vertices, faces, most_steps, own_limb, self.distances, escapes)
         if not own_limb:
             signed[blocked] = self.state.heights[vertices]
-        winding, touching = self.windings(trials, vertices)
+        winding, touching = self.windings(escapes.trials, vertices)
         still = np.empty(len(blocked), np.int32)
-        still = still[: take_escapes(blocked, winding, touching, trials, fallbacks, positions, still)]
-        return still, trials[still]
+        still = still[: take_escapes(blocked, winding, touching, escapes, positions, still)]
+        return still, escapes.trials[still]

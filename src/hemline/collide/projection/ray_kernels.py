@@ -14,7 +14,7 @@ from hemline.collide.surface.surface_kernels import nearest_weights
 from hemline.collide.winding.winding_kernels import crossing
 from hemline.compiled import kernel
 
-from .ray_lane_kernels import LANES, add_crossings_of_leaf
+from .ray_lane_kernels import LANES, ShaftLeaf, ShaftRays, add_crossings_of_leaf
 
 _index = np.uintp
 SKYLINE_MARGIN = np.float32(0.005)
@@ -201,15 +201,15 @@ def exact_winding(corners, leaves, which, count, direction, point, rounding):
 
 
 @kernel
-def windings(points, ids, directions, skin, rounding, corners, ready, winding_out, touching_out):
+def windings(points, ids, directions, skin, rounding, met_leaves, winding_out, touching_out):
     """Computes winding numbers with respect to the posed body, by rays along the direction of each vertex's group.
 
     Reads: points (points, 3) [m]; ids (points,): vertices that the points belong to, ascending; directions (groups,);
         skin; rounding [m].
     Writes: winding_out (points,); touching_out (points,): whether a point is within `rounding` of the surface, which no
-        ray along an axis could tell at a silhouette; corners (leaves, 10, 8) and ready (leaves,): corners of the leaves
-        that were met in this frame, and which leaves these are.
+        ray along an axis could tell at a silhouette; met_leaves: the `LeafCorners` of this frame.
     """
+    corners, ready = met_leaves
     leaf_box, patch_start, patch_box = skin.leaf_box, skin.patch_start, skin.patch_box
     leaf_count, patch_count = leaf_box.shape[1], patch_box.shape[1]
     mask, taken = np.zeros((leaf_count + 7) // 8 * 8, np.uint8), np.zeros(6, np.bool_)
@@ -257,13 +257,11 @@ def windings(points, ids, directions, skin, rounding, corners, ready, winding_ou
                 lanes[0, lane], lanes[1, lane], lanes[2, lane] = points[i, u], points[i, v], sign * points[i, axis]
                 lanes[3, lane] = 0
             box[0], box[1], box[2], box[3], box[4] = near, low_u, high_u, low_v, high_v
-            doubts = np.int32(0)
+            doubts, rays = np.int32(0), ShaftRays(axis, u, v, sign, rounding)
             for k in range(count):
                 leaf = block_leaves[k]
-                begins = sign * leaf_box[near_end, leaf]
-                doubts |= add_crossings_of_leaf(
-                    corners, leaf, block_shafts, k, begins, axis, u, v, sign, rounding, box, lanes
-                )
+                shaft_leaf = ShaftLeaf(leaf, k, sign * leaf_box[near_end, leaf])
+                doubts |= add_crossings_of_leaf(corners, block_shafts, shaft_leaf, rays, box, lanes)
             for i in range(first, last):
                 winding_out[i], touching_out[i] = np.int32(sign * lanes[3, i - first]), False
                 if doubts >> (i - first) & 1:

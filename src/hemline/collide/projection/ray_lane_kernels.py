@@ -1,6 +1,9 @@
 """Compiled: rays of eight points at once against the faces of a leaf."""
 
+from typing import NamedTuple
+
 import llvmlite.ir as ir
+import numpy as np
 
 from hemline.compiled import cgutils, intrinsic, types
 
@@ -13,8 +16,34 @@ _ZERO, _ONE = (ir.Constant(_VECTOR, [value] * LANES) for value in (0.0, 1.0))
 _MAGNITUDE = ir.Constant(_BITS, [0x7FFFFFFF] * LANES)
 
 
+class ShaftLeaf(NamedTuple):
+    """A leaf as rays meet it."""
+
+    leaf: np.int64
+    """Number of the leaf."""
+    shaft: np.int64
+    """Column of the leaf in the shafts."""
+    begins: np.float32
+    """Where the leaf begins along the rays [m]."""
+
+
+class ShaftRays(NamedTuple):
+    """Direction of the rays of a block."""
+
+    axis: np.int64
+    """Axis along the rays."""
+    u: np.int64
+    """First axis across."""
+    v: np.int64
+    """Second axis across."""
+    sign: np.float32
+    """1, or -1 for rays along the negative axis."""
+    rounding: np.float32
+    """Distance to a face within which a point is in doubt [m]."""
+
+
 @intrinsic
-def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u, v, sign, rounding, box, lanes):
+def add_crossings_of_leaf(typing, corners, shafts, leaf, rays, box, lanes):
     """Adds the signed crossings of eight rays with the faces of a leaf.
 
     A ray that misses the box of the leaf crosses nothing, and faces that lie beside all rays are skipped. A face is in
@@ -23,10 +52,8 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
     cannot be predicted; this takes half the time. The arithmetic is that of `winding_kernels.crossing`, without fused
     multiply-add.
 
-    Reads: corners (leaves, 10, 8) [m]; leaf; shafts (5, shafts) as `ray_kernels.take_shafts` writes them, shaft;
-        begins: where the leaf begins along the rays [m]; axis, u, v, sign: direction of the rays; rounding [m]; box
-            (5,): box
-        of all points, as `ray_kernels.block_box` returns it [m].
+    Reads: corners (leaves, 10, 8): of `LeafCorners`; shafts (5, shafts) as `ray_kernels.take_shafts` writes them [m];
+        leaf: a `ShaftLeaf`; rays: `ShaftRays`; box (5,): box of all points, as `ray_kernels.block_box` returns it [m].
     Writes: lanes (4, 8): u, v and signed axis of the points [m], and their crossings so far.
     Returns: int32, bit i of which says that lane i is in doubt.
     """
@@ -35,8 +62,11 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
         def pointer(place):
             return context.make_array(signature.args[place])(context, builder, arguments[place])
 
-        data, rows = pointer(0).data, builder.bitcast(pointer(11).data, _VECTOR.as_pointer())
-        first = builder.mul(arguments[1], ir.Constant(_INT64, 10 * LANES))
+        leaf, shaft, begins = cgutils.unpack_tuple(builder, arguments[2])
+        axis, u, v, sign, rounding = cgutils.unpack_tuple(builder, arguments[3])
+        data, rows = pointer(0).data, builder.bitcast(pointer(5).data, _VECTOR.as_pointer())
+        shafts, box = pointer(1), pointer(4).data
+        first = builder.mul(leaf, ir.Constant(_INT64, 10 * LANES))
 
         def number(value):
             return ir.Constant(_INT64, value)
@@ -75,12 +105,12 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
                 high = builder.select(above(value, high), value, high)
             return low, high
 
-        long, numbers = builder.extract_value(pointer(2).shape, 1), []
+        long, numbers = builder.extract_value(shafts.shape, 1), []
         for index in range(5):
-            at = builder.add(builder.mul(long, number(index)), arguments[3])
-            numbers.append(splat(builder.load(builder.gep(pointer(2).data, [at]))))
+            at = builder.add(builder.mul(long, number(index)), shaft)
+            numbers.append(splat(builder.load(builder.gep(shafts.data, [at]))))
         far, low_u, high_u, low_v, high_v = numbers
-        begins, signed, rounding = (splat(arguments[place]) for place in (4, 8, 9))
+        begins, signed, rounding = (splat(value) for value in (begins, sign, rounding))
         x, y, z = (builder.load(row(index), align=4) for index in range(3))
         met = not_below(far, builder.fsub(z, rounding))
         for place, low, high in ((x, low_u, high_u), (y, low_v, high_v)):
@@ -96,7 +126,7 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
             def corner(index, axis):
                 return splat(builder.load(builder.gep(coordinate(index, axis), [face])))
 
-            across = [[builder.fsub(corner(i, arguments[6 + k]), (x, y)[k]) for k in range(2)] for i in range(3)]
+            across = [[builder.fsub(corner(i, (u, v)[k]), (x, y)[k]) for k in range(2)] for i in range(3)]
             sides = [builder.select(above(each[1], _ZERO), _ONE, _ZERO) for each in across]
             terms, turns = [], _ZERO
             for one, two in ((0, 1), (1, 2), (2, 0)):
@@ -109,7 +139,7 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
             if whole:
                 volume = _ZERO
                 for i, term in ((0, terms[1]), (1, terms[2]), (2, terms[0])):
-                    part = builder.fmul(term, builder.fsub(builder.fmul(signed, corner(i, arguments[5])), z))
+                    part = builder.fmul(term, builder.fsub(builder.fmul(signed, corner(i, axis)), z))
                     volume = builder.fadd(volume, part)
                 behind = builder.not_(above(builder.fmul(volume, turns), _ZERO))
                 counted = builder.and_(met, builder.not_(builder.and_(beside, behind)))
@@ -119,8 +149,8 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
             builder.store(builder.fadd(builder.load(total), builder.select(counted, turns, _ZERO)), total)
 
         with builder.if_then(some(met)):
-            lows, highs = zip(*(range_of(arguments[place]) for place in (6, 7)), strict=True)
-            limits = [splat(builder.load(builder.gep(pointer(10).data, [number(i)]))) for i in range(1, 5)]
+            lows, highs = zip(*(range_of(across) for across in (u, v)), strict=True)
+            limits = [splat(builder.load(builder.gep(box, [number(i)]))) for i in range(1, 5)]
             faces = ir.Constant(_TRUTHS, [1] * LANES)
             for low, high, least, most in zip(lows, highs, limits[::2], limits[1::2], strict=True):
                 faces = builder.and_(faces, builder.and_(not_below(most, low), not_below(high, least)))
@@ -140,5 +170,4 @@ def add_crossings_of_leaf(typing, corners, leaf, shafts, shaft, begins, axis, u,
             builder.store(builder.load(total), row(3), align=4)
         return bits(builder.and_(builder.load(doubt), beside))
 
-    whole, real = types.intp, types.float32
-    return types.int32(corners, whole, shafts, whole, real, whole, whole, whole, real, real, box, lanes), generate
+    return types.int32(corners, shafts, leaf, rays, box, lanes), generate

@@ -15,7 +15,11 @@ _index = np.uintp
 
 @kernel
 def search_buffers(skin):
-    """Returns buffers for searches: a byte a patch, the same bytes by eights, and room for a list of leaves."""
+    """Makes buffers for searches.
+
+    Reads: skin.
+    Returns: A byte a patch, the same bytes by eights, and room for a list of leaves.
+    """
     mask = np.zeros((len(skin.patch_limb) + 7) // 8 * 8, np.uint8)
     return mask, mask.view(np.uint64), np.empty(len(skin.leaf_limb), np.int64)
 
@@ -55,7 +59,11 @@ def list_leaves(skin, limb, low, high, reach, buffers):
 
 @kernel(forceinline=True)
 def nearest_corner(skin, face, x, y, z):
-    """Returns the corner of a face nearest to the point x, y, z [m], and its squared distance [m^2]."""
+    """Finds the corner of a face that is nearest to a point.
+
+    Reads: skin; face; x, y, z: the point [m].
+    Returns: The vertex at that corner, and its squared distance [m^2].
+    """
     body, faces, f = skin.body, skin.faces, _index(face)
     best, nearest = np.int64(0), np.float32(np.inf)
     for corner in (_index(0), _index(1), _index(2)):
@@ -144,7 +152,11 @@ def seek_block(skin, limb, points, which, faces, count, buffers, vertices_out):
 
 @kernel(forceinline=True)
 def some_face(skin, limb):
-    """Returns a face of a limb; 0 where it has none."""
+    """Finds a face of a limb.
+
+    Reads: skin; limb.
+    Returns: The face; 0 where the limb has none.
+    """
     for leaf in range(len(skin.leaf_limb)):
         if skin.leaf_limb[leaf] == limb:
             return np.int64(leaf * LEAF)
@@ -153,7 +165,11 @@ def some_face(skin, limb):
 
 @kernel(forceinline=True)
 def face_of_limb(skin, vertex, limb):
-    """Returns a face around a vertex that belongs to a limb, or -1; a search of that limb may find the vertex."""
+    """Finds a face of a limb around a vertex; a search of that limb may find the vertex.
+
+    Reads: skin; vertex; limb.
+    Returns: The face, or -1.
+    """
     v = _index(vertex)
     for k in range(skin.ring_start[v], skin.ring_start[v + _index(1)]):
         face = np.int64(skin.ring[_index(k)])

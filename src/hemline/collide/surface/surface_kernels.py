@@ -194,7 +194,11 @@ def interpolate_normal(skin, face, at_b, at_c):
 
 @kernel(forceinline=True)
 def point_on_face(skin, face, at_b, at_c):
-    """Returns the position of a place of a face [m], given the weights of its second and third corner."""
+    """Computes the position of a place of a face.
+
+    Reads: skin; face; at_b, at_c: weights of its second and third corner.
+    Returns: The three coordinates [m].
+    """
     body, faces = skin.body, skin.faces
     f = _index(face)
     i, j, k, at_a = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2]), np.float32(1) - at_b - at_c
@@ -206,7 +210,11 @@ def point_on_face(skin, face, at_b, at_c):
 
 @kernel
 def height_over(skin, face, at_b, at_c, x, y, z):
-    """Returns the height of a point over a place of a face, along the normal there [m]."""
+    """Computes the height of a point over a place of a face, along the normal there.
+
+    Reads: skin; face; at_b, at_c: weights of its second and third corner; x, y, z: the point [m].
+    Returns: The height [m].
+    """
     cx, cy, cz = point_on_face(skin, face, at_b, at_c)
     nx, ny, nz = interpolate_normal(skin, face, at_b, at_c)
     return (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
@@ -214,7 +222,11 @@ def height_over(skin, face, at_b, at_c, x, y, z):
 
 @kernel(forceinline=True)
 def plane_height(skin, face, x, y, z):
-    """Returns the height of a point over the plane of a face [m]."""
+    """Computes the height of a point over the plane of a face.
+
+    Reads: skin; face; x, y, z: the point [m].
+    Returns: The height [m].
+    """
     body, faces = skin.body, skin.faces
     f = _index(face)
     i, j, k = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2])

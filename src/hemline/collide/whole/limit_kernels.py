@@ -103,15 +103,15 @@ def limit_coarse(points, model, planes, constrained, sweeps, shifts_out):
 
 
 @kernel
-def carry_vertices(points, shifts, weight_ids, weights, offsets, keep, moved_out, carried_out):
+def carry_vertices(cloth, model, offsets, keep, moved_out, carried_out):
     """Moves all vertices with their control vertices, and by a fraction of the last frame's fine offsets.
 
-    Reads: points (verts, 3), shifts (controls, 3) [m]; weight_ids, weights (verts, near); offsets (verts, 3): fine
-        offsets of the last frame [m]; keep: fraction of them, 0 to 1.
+    Reads: cloth: a `ShiftedCloth`; model: a `CoarseModel`; offsets (verts, 3): fine offsets of the last frame [m];
+        keep: fraction of them, 0 to 1.
     Writes: moved_out (verts, 3) [m]; carried_out (verts, 3): vertices without the offsets [m].
     """
-    for i in range(len(points)):
-        x, y, z = move_point(points, shifts, weight_ids, weights, i)
+    for i in range(len(cloth.points)):
+        x, y, z = move_point(cloth, model, i)
         carried_out[i, 0], carried_out[i, 1], carried_out[i, 2] = x, y, z
         moved_out[i, 0] = x + keep * offsets[i, 0]
         moved_out[i, 1] = y + keep * offsets[i, 1]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hemline.arrays import Bool, Float, Int, UInt
+from hemline.arrays import Bool, Float, Int, Points, UInt
 from hemline.collide.surface.search_kernels import search_buffers, seek_place
 from hemline.collide.surface.surface_kernels import interpolate_normal, plane_height, point_on_face, vertex_normal, walk
 from hemline.compiled import kernel
@@ -49,6 +49,15 @@ class LimbGrid(NamedTuple):
     """Edge length of a cell [m]."""
 
 
+class ShiftedCloth(NamedTuple):
+    """The garment of one frame, and how far its control vertices were moved."""
+
+    points: Points
+    """Positions as the animator made them [m]."""
+    shifts: Float[np.ndarray, "controls 3"]
+    """Shift of each control vertex [m]."""
+
+
 class Samples(NamedTuple):
     """The samples that are visited, and how high over the skin they are constrained."""
 
@@ -58,6 +67,10 @@ class Samples(NamedTuple):
     """Least height of each sample over the skin [m]."""
     reach: np.float32
     """A sample is constrained up to this height above its margin [m]."""
+    frame: int
+    """Frame number."""
+    again: bool
+    """Whether samples only walk and do not search."""
 
 
 class SampleMemory(NamedTuple):
@@ -73,6 +86,15 @@ class SampleMemory(NamedTuple):
     def copy(self) -> "SampleMemory":
         """Returns a copy that shares no array."""
         return SampleMemory(self.faces.copy(), self.heights.copy(), self.fresh.copy())
+
+
+class HalfSpaces(NamedTuple):
+    """The half-spaces in which samples are to stay; kernels write to them."""
+
+    planes: Float[np.ndarray, "samples 4"]
+    """Unit normal, and least height along it [m]."""
+    constrained: Int[np.ndarray, " samples"]
+    """The samples that have a half-space come first."""
 
 
 @kernel
@@ -113,9 +135,14 @@ def fill_cells(patch_box, patch_bit, low, size, widen, cells_out):
 
 
 @kernel(forceinline=True)
-def move_point(points, shifts, weight_ids, weights, vertex):
-    """Returns a vertex as the shifts of its control vertices move it [m]."""
-    i = _index(vertex)
+def move_point(cloth, model, vertex):
+    """Moves a vertex with the shifts of its control vertices.
+
+    Reads: cloth: a `ShiftedCloth`; model: a `CoarseModel`; vertex.
+    Returns: The three coordinates [m].
+    """
+    (points, shifts), i = cloth, _index(vertex)
+    weight_ids, weights = model.weight_ids, model.weights
     x, y, z = points[i, 0], points[i, 1], points[i, 2]
     for k in range(weights.shape[1]):
         c, w = _index(weight_ids[i, k]), weights[i, k]
@@ -125,7 +152,12 @@ def move_point(points, shifts, weight_ids, weights, vertex):
 
 @kernel
 def may_be_nearer(skin, own_limb, x, y, z, squared):
-    """Tells whether a patch of another limb may have skin within a squared distance of a point [m^2]."""
+    """Tells whether a patch of another limb may have skin near a point.
+
+    Reads: skin; own_limb: number of the limb that does not count; x, y, z: the point [m]; squared: squared distance
+        [m^2].
+    Returns: Whether skin may be that near.
+    """
     box, found = skin.patch_box, False
     for k in range(box.shape[1]):
         dx = max(box[0, k] - x, x - box[3, k], np.float32(0))
@@ -136,17 +168,14 @@ def may_be_nearer(skin, own_limb, x, y, z, squared):
 
 
 @kernel
-def constrain_samples(
-    skin, limbs, grid, points, shifts, model, samples, memory, turn, again, planes_out, constrained_out
-):
+def constrain_samples(skin, limbs, grid, cloth, model, samples, memory, out):
     """Finds the half-spaces in which samples near the skin are to stay.
 
-    Reads: skin; limbs; grid; points (verts, 3) and shifts (controls, 3) [m]; model: a `CoarseModel`; samples; turn:
-        frame number; again: whether samples only walk and do not search.
-    Writes: memory; planes_out (samples, 4): unit normal, and least height along it [m]; constrained_out (samples,): the
-        samples that have a half-space come first.
+    Reads: skin; limbs; grid; cloth: a `ShiftedCloth`; model: a `CoarseModel`; samples.
+    Writes: memory; out: `HalfSpaces`.
     Returns: how many samples have a half-space.
     """
+    turn, again, planes_out, constrained_out = samples.frame, samples.again, out.planes, out.constrained
     margins, listed, low, size, bits_of = samples.margins, samples.listed, grid.low, grid.size, grid.bits
     buffers, zero, one = search_buffers(skin), np.float32(0), np.float32(1)
     faces, heights, fresh = memory.faces, memory.heights, memory.fresh
@@ -154,7 +183,7 @@ def constrain_samples(
     for m in range(len(listed)):
         s = _index(listed[m])
         near = margins[s] + samples.reach
-        x, y, z = move_point(points, shifts, model.weight_ids, model.weights, model.samples[s])
+        x, y, z = move_point(cloth, model, model.samples[s])
         bits = np.uint32(0)
         gx, gy, gz = (x - low[0]) / size, (y - low[1]) / size, (z - low[2]) / size
         if gx >= zero and gy >= zero and gz >= zero:
@@ -186,9 +215,9 @@ def constrain_samples(
                 other_height = (x - ox) * mx + (y - oy) * my + (z - oz) * mz
                 takes = other_height >= zero
                 if not takes:
-                    ax, ay, az = move_point(points, shifts, model.weight_ids, model.weights, model.triangles[s, 0])
-                    bx, by, bz = move_point(points, shifts, model.weight_ids, model.weights, model.triangles[s, 1])
-                    ex, ey, ez = move_point(points, shifts, model.weight_ids, model.weights, model.triangles[s, 2])
+                    ax, ay, az = move_point(cloth, model, model.triangles[s, 0])
+                    bx, by, bz = move_point(cloth, model, model.triangles[s, 1])
+                    ex, ey, ez = move_point(cloth, model, model.triangles[s, 2])
                     bx, by, bz, ex, ey, ez = bx - ax, by - ay, bz - az, ex - ax, ey - ay, ez - az
                     tx, ty, tz = by * ez - bz * ey, bz * ex - bx * ez, bx * ey - by * ex
                     scale = one / max(np.sqrt(tx * tx + ty * ty + tz * tz), np.float32(1e-20))

@@ -19,10 +19,12 @@ from hemline.meshes import ClosestTree
 from .limit_kernels import carry_vertices, decay_shifts, limit_coarse, limit_fine
 from .models import CoarseModel, FineModel, coarse_model, fine_model
 from .plane_kernels import (
+    HalfSpaces,
     LimbGrid,
     Limbs,
     SampleMemory,
     Samples,
+    ShiftedCloth,
     constrain_samples,
     fill_cells,
     grid_around,
@@ -209,28 +211,16 @@ class WholeCloth:
         places = self.pin_places(posed, surface)
         shifts[self.control_pins] = places[self.control_pin_numbers] - points[coarse.controls[self.control_pins]]
         grid, memory, count = self.limb_grid(surface), state.memory.copy(), len(coarse.samples)
-        planes, constrained = np.empty((count, 4), np.float32), np.empty(count, np.int64)
-        listed = np.arange(count)
+        spaces = HalfSpaces(np.empty((count, 4), np.float32), np.empty(count, np.int64))
+        cloth, listed, reach = ShiftedCloth(points, shifts), np.arange(count), np.float32(settings.reach)
         for turn in range(settings.rounds):
-            count = constrain_samples(
-                surface.skin,
-                self.limbs,
-                grid,
-                points,
-                shifts,
-                coarse,
-                Samples(listed, self.margins, np.float32(settings.reach)),
-                memory,
-                state.frame,
-                turn > 0,
-                planes,
-                constrained,
-            )
-            listed = constrained[:count].copy()
-            limit_coarse(points, coarse, planes, listed, settings.coarse_sweeps, shifts)
+            samples = Samples(listed, self.margins, reach, state.frame, turn > 0)
+            count = constrain_samples(surface.skin, self.limbs, grid, cloth, coarse, samples, memory, spaces)
+            listed = spaces.constrained[:count].copy()
+            limit_coarse(points, coarse, spaces.planes, listed, settings.coarse_sweeps, shifts)
         moved, carried = np.empty_like(points), np.empty_like(points)
         keep = np.float32(settings.keep ** (30 * dt))
-        carry_vertices(points, shifts, coarse.weight_ids, coarse.weights, state.offsets, keep, moved, carried)
+        carry_vertices(cloth, coarse, state.offsets, keep, moved, carried)
         moved[self.pins] = places
         limit_fine(self.fine, np.float32(settings.stretch), settings.fine_sweeps, moved)
         after = WholeState(state.frame + 1, shifts, moved - carried, memory)

@@ -9,13 +9,10 @@ from hemline.compiled import kernel, prange
 def turn_frames(points, normals, start, ring, slopes, frames_out):
     """Computes the frame of each vertex: its normal, and tangents turned as its ring turned in its plane.
 
-    Args:
-        points: Current positions of the coarse vertices (verts, 3) [m].
-        normals: Unit normals at these vertices (verts, 3).
-        start: Index at which the ring of each vertex begins in `ring` (verts + 1,).
-        ring: Neighbours of the vertices, ring after ring.
-        slopes: Contribution of each edge of a ring to the images of the two tangents at rest (ring, 2) [1/m].
-        frames_out: Two tangents and the normal as columns, a rotation (verts, 3, 3).
+    Reads: points (verts, 3): current positions of the coarse vertices [m]; normals (verts, 3): unit normals there;
+        start (verts + 1,): where each vertex begins in `ring`; ring (ring,): neighbours, vertex by vertex; slopes
+        (ring, 2): contribution of each neighbour to the images of the two tangents at rest [1/m].
+    Writes: frames_out (verts, 3, 3): two tangents and the normal as columns, a rotation.
     """
     for v in prange(len(points)):
         ax = ay = az = bx = by = bz = 0.0
@@ -45,13 +42,10 @@ def turn_frames(points, normals, start, ring, slopes, frames_out):
 def carry(points, frames, near, weights, offsets, vertices_out):
     """Computes fine vertices as weighted means of the points to which coarse frames move them.
 
-    Args:
-        points: Current positions of the coarse vertices (coarse, 3) [m].
-        frames: Frames of the coarse vertices (coarse, 3, 3).
-        near: Coarse vertices of each vertex (verts, near).
-        weights: Weights of these coarse vertices (verts, near); each row adds up to 1.
-        offsets: Position at rest of the fine vertex in each of their frames (verts, near, 3) [m].
-        vertices_out: Fine vertices (verts, 3) [m].
+    Reads: points (coarse, 3): current positions of the coarse vertices [m]; frames (coarse, 3, 3): of `turn_frames`;
+        near, weights (verts, near): coarse vertices of each fine vertex, and their weights, which add up to 1; offsets
+        (verts, near, 3): position at rest of the fine vertex in each of their frames [m].
+    Writes: vertices_out (verts, 3): fine vertices [m].
     """
     for v in prange(len(near)):
         x = y = z = 0.0

@@ -16,7 +16,11 @@ _EQUILATERAL = math.sqrt(3.0) / 2
 
 @kernel
 def _common_neighbours(mesh, fan, size, target):
-    """Counts the vertices of the ring that are neighbours of a target."""
+    """Counts the vertices of a ring that are neighbours of a target.
+
+    Reads: mesh; fan; size: vertices of the ring; target: a vertex.
+    Returns: The number of vertices.
+    """
     found = 0
     for i in range(size):
         vertex, near = fan.ring[i], False
@@ -32,7 +36,11 @@ def _common_neighbours(mesh, fan, size, target):
 
 @kernel
 def _stays(fan, count, target):
-    """Tells whether no triangle flips or becomes thin when the vertex of a fan collapses onto a target."""
+    """Tells whether no triangle flips or becomes thin when the vertex of a fan collapses onto a target.
+
+    Reads: fan; count: faces of the fan; target: place in the ring.
+    Returns: Whether all triangles stay sound.
+    """
     goal = fan.ring[target]
     for i in range(count):
         if fan.ring[i] == goal or fan.ring[i + 1] == goal:
@@ -47,7 +55,11 @@ def _stays(fan, count, target):
 
 @kernel
 def _may_collapse(mesh, vertex, fan, count, target):
-    """Tells whether a collapse keeps the mesh manifold, and rims and bound vertices in place."""
+    """Tells whether a collapse keeps the mesh manifold, and rims and bound vertices in place.
+
+    Reads: mesh; vertex; fan: that of the vertex; count: faces of the fan; target: place in the ring.
+    Returns: Whether it does.
+    """
     goal, closed = fan.ring[target], fan.closed[0]
     if mesh.bound[vertex] & ~mesh.bound[goal] or mesh.counts[goal] + count - 2 > MAX_FACES:
         return False
@@ -103,6 +115,11 @@ def best_collapse(mesh, vertex, evenness, fan):
 
 @kernel
 def _drop(mesh, vertex, face):
+    """Takes a face out of those around a vertex.
+
+    Reads: vertex; face.
+    Writes: mesh.
+    """
     for k in range(mesh.counts[vertex]):
         if mesh.around[vertex, k] == face:
             mesh.counts[vertex] -= 1
@@ -112,7 +129,11 @@ def _drop(mesh, vertex, face):
 
 @kernel
 def _collapse(mesh, vertex, fan, count, target):
-    """Collapses a vertex onto a target: two faces vanish, or one at a rim; new edges get their flat lengths."""
+    """Collapses a vertex onto a target: two faces vanish, or one at a rim; new edges get their flat lengths.
+
+    Reads: vertex; fan: that of the vertex; count: faces of the fan; target: place in the ring.
+    Writes: mesh.
+    """
     goal = fan.ring[target]
     known, known_length = np.full(2, -1), np.empty(2)
     for i in range(count):

@@ -48,7 +48,11 @@ class Fan(NamedTuple):
 
 @kernel
 def corner_of(faces, face, vertex):
-    """Returns the corner of a face at which a vertex is. Reads: faces (faces, 3); face; vertex."""
+    """Finds the corner of a face at which a vertex is.
+
+    Reads: faces (faces, 3); face; vertex.
+    Returns: The corner, 0 to 2.
+    """
     corner = 0
     while faces[face, corner] != vertex:
         corner += 1
@@ -57,7 +61,11 @@ def corner_of(faces, face, vertex):
 
 @kernel
 def _begins(mesh, vertex, count):
-    """Returns the number of the first face of a fan, or -1 for a vertex with several fans."""
+    """Finds the first face of a fan.
+
+    Reads: mesh; vertex; count: faces around the vertex.
+    Returns: The place of the face among those around the vertex, or -1 for a vertex with several fans.
+    """
     first, starts = 0, 0
     for i in range(count):
         face = mesh.around[vertex, i]

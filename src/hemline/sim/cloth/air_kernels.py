@@ -24,9 +24,25 @@ class Air(NamedTuple):
     matrix: Float[np.ndarray, "verts 6"]
 
 
+class TriangleAir(NamedTuple):
+    """A third of the air on each triangle.
+
+    Attributes:
+        force: Force at the given velocity [N].
+        matrix: D = -dF/dv, symmetric, as xx, xy, xz, yy, yz, zz [N s/m].
+    """
+
+    force: Float[np.ndarray, "faces 3"]
+    matrix: Float[np.ndarray, "faces 6"]
+
+
 @kernel(inline="always")
 def air_terms(m, f, s0, s1, s2):
-    """Returns energy s . m s / 2 - f . s of a vertex that has moved by s, and its gradient."""
+    """Computes the energy s . m s / 2 - f . s of a vertex that has moved by s.
+
+    Reads: m (6,) [N/m] and f (3,) [N]: of `Air`; s0, s1, s2: the displacement [m].
+    Returns: The energy [J], and the three coordinates of its gradient [N].
+    """
     a0 = m[0] * s0 + m[1] * s1 + m[2] * s2
     a1 = m[1] * s0 + m[3] * s1 + m[4] * s2
     a2 = m[2] * s0 + m[4] * s1 + m[5] * s2
@@ -35,13 +51,15 @@ def air_terms(m, f, s0, s1, s2):
 
 
 @kernel(parallel=True)
-def air_by_triangle(x, velocity, wind, faces, drag, lift, half_density, force_out, matrix_out):
-    """Computes a third of the force on each triangle, and a third of D = -dF/dv (xx, xy, xz, yy, yz, zz).
+def air_by_triangle(x, velocity, wind, faces, drag, lift, half_density, out: TriangleAir):
+    """Computes the air on each triangle.
 
     Model: F = D (wind - v), D = rho/2 A (|u.n| (drag - lift |cos|) I + lift |u| n n^T), u = wind - v
-    Reads: wind, velocity (verts, 3) [m/s]; drag, lift (faces,); half_density = rho / 2 [kg/m^3].
-    Writes: force_out (faces, 3) [N]; matrix_out (faces, 6) [N s/m].
+    Reads: x (verts, 3) [m]; wind, velocity (verts, 3) [m/s]; faces (faces, 3); drag, lift (faces,); half_density = rho
+        / 2 [kg/m^3].
+    Writes: out.
     """
+    force_out, matrix_out = out.force, out.matrix
     for f in prange(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         u0 = (wind[i, 0] + wind[j, 0] + wind[k, 0] - velocity[i, 0] - velocity[j, 0] - velocity[k, 0]) / 3.0
@@ -73,15 +91,14 @@ def air_by_triangle(x, velocity, wind, faces, drag, lift, half_density, force_ou
 
 
 @kernel(parallel=True)
-def air_at_vertices(at: Rows, force, matrix, velocity, over_h, force_out, matrix_out):
+def air_at_vertices(at: Rows, triangles: TriangleAir, velocity, over_h, force_out, matrix_out):
     """Sums the air over the triangles of each vertex, as a function of its displacement s: force - matrix s.
 
     Model: F(v) = F(v0) - D (v - v0), v = s / h, so force = F(v0) + D v0 and matrix = D / h
-    Reads: at: corners of each vertex, 3 face + corner; force (faces, 3), matrix (faces, 6): by triangle; over_h = 1 / h
-        [1/s].
+    Reads: at: corners of each vertex, 3 face + corner; triangles; velocity (verts, 3) [m/s]; over_h = 1 / h [1/s].
     Writes: force_out (verts, 3) [N]; matrix_out (verts, 6) [N/m].
     """
-    corner_starts, corners = at
+    (corner_starts, corners), (force, matrix) = at, triangles
     for i in prange(force_out.shape[0]):
         for c in range(3):
             force_out[i, c] = 0.0
@@ -101,4 +118,4 @@ def air_at_vertices(at: Rows, force, matrix, velocity, over_h, force_out, matrix
             matrix_out[i, c] *= over_h
 
 
-__all__ = ["Air", "air_at_vertices", "air_by_triangle", "air_terms"]
+__all__ = ["Air", "TriangleAir", "air_at_vertices", "air_by_triangle", "air_terms"]

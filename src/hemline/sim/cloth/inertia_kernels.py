@@ -22,7 +22,11 @@ class Inertia(NamedTuple):
 
 @kernel(inline="always")
 def inertia_terms(k, d0, d1, d2):
-    """Returns the energy of a vertex at a distance d from its goal, and its gradient."""
+    """Computes the energy of a vertex at a distance d from its goal.
+
+    Reads: k: inertial stiffness [N/m]; d0, d1, d2: x - goal [m].
+    Returns: The energy [J], and the three coordinates of its gradient [N].
+    """
     return 0.5 * k * (d0 * d0 + d1 * d1 + d2 * d2), k * d0, k * d1, k * d2
 
 

@@ -72,11 +72,11 @@ def membrane(vertices, fabric: Fabric, strain_start, over_h, cap, out: Stretch):
     """Computes energy and forces of the membrane, and what its Hessian needs.
 
     Model: S = C : (E + v (E - E_start)), energy = area / 2 (E : C : E + v dE : C : dE), v = damping / h
-    Reads: vertices (verts, 3) float64; strain_start (faces, 3); over_h = 1 / h [1/s]; cap (faces,) [N m].
-    Writes: all arrays of `Stretch`.
+    Reads: vertices (verts, 3) float64 [m]; fabric; strain_start (faces, 3); over_h = 1 / h [1/s]; cap (faces,) [N m].
+    Writes: out.
     """
     faces, shape, area, lame, shear, damping = fabric
-    corner_out, frame_out, tension_out, energy_out = out
+    corner_out, frame_out, tension_out, energy_out = out.corner, out.frame, out.tension, out.energy
     for f in prange(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         g1u, g1v, g2u, g2v = shape[f, 1, 0], shape[f, 1, 1], shape[f, 2, 0], shape[f, 2, 1]

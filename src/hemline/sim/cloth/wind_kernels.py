@@ -7,7 +7,11 @@ from hemline.compiled import kernel, prange
 
 @kernel(inline="always")
 def cosine_of_turns(turns):
-    """Returns cos(2 pi turns) to 2e-7, by a polynomial that the compiler vectorises."""
+    """Computes a cosine to 2e-7, by a polynomial that the compiler vectorises.
+
+    Reads: turns.
+    Returns: cos(2 pi turns).
+    """
     r = turns - math.floor(turns + 0.5)
     s = 39.47841760435743 * r * r
     c = 1.0 / 20922789888000.0

@@ -123,7 +123,7 @@ class StaticStep:
         self.potential.replace_pairs(self.pair_contacts.at(x))
         self.potential.evaluate(x)
         self._lean_planes()
-        self.forces = np.where(model.fixed[:, None], 0.0, -workspace.gradient)
+        self.forces = np.where(model.fixed[:, None], 0.0, -workspace.evaluation.gradient)
         self.stretch = self.predicted = 0.0
 
     @property
@@ -201,7 +201,7 @@ class StaticStep:
         the triangle's normal m: with n in the Hessian, 0.1 mm on a coarse body would count as several weights.
         """
         potential, planes, x = self.potential, self.planes, self.potential.x
-        gradient = potential.workspace.gradient.copy()
+        gradient = potential.workspace.evaluation.gradient.copy()
         offset = x - planes.point
         away = offset * np.sign(np.einsum("vi,vi->v", offset, planes.normal))[:, None]
         length = np.linalg.norm(away, axis=1, keepdims=True)
@@ -210,7 +210,7 @@ class StaticStep:
         leaned = planes._replace(normal=normal, point=x - gap * normal)
         potential.contact = potential.contact.on(leaned)
         potential.evaluate_contact()
-        force = potential.air.force + (potential.workspace.gradient - gradient)
+        force = potential.air.force + (potential.workspace.evaluation.gradient - gradient)
         potential.air = potential.air._replace(force=force)
         potential.evaluate_contact()
 

@@ -5,6 +5,8 @@ The product of a block and a vector is one multiplication of sixteen lanes, of w
 compiler splits it into what the processor has. The same loop written with scalars takes twice the time.
 """
 
+from types import SimpleNamespace
+
 import llvmlite.ir as ir
 import numpy as np
 
@@ -31,7 +33,7 @@ def vector_of(vertices: int) -> np.ndarray:
 
 
 class _Lanes:
-    """Generates operations on vectors."""
+    """Generates operations on vectors. `data` holds the arguments: pointers, numbers, and named tuples of them."""
 
     def __init__(self, context, builder, signature, arguments):
         self.builder = builder
@@ -40,6 +42,9 @@ class _Lanes:
     def _plain(self, context, kind, value):
         if isinstance(kind, types.Array):
             return context.make_array(kind)(context, self.builder, value).data
+        if isinstance(kind, types.BaseTuple):
+            fields = zip(kind.fields, kind.types, cgutils.unpack_tuple(self.builder, value), strict=True)
+            return SimpleNamespace(**{name: self._plain(context, *field) for name, *field in fields})
         return value if isinstance(kind, types.Float) else context.cast(self.builder, value, kind, types.int64)
 
     def load(self, data, index, kind=_FOUR):
@@ -54,6 +59,12 @@ class _Lanes:
     def entry(self, data, index):
         """Loads an unsigned index from an array."""
         return self.builder.zext(self.builder.load(self.builder.gep(data, [index])), _INT64)
+
+    def entries(self, starts, row):
+        """Loops over the entries of a row, which begin at `starts[row]`."""
+        one = ir.Constant(_INT64, 1)
+        begin, end = self.entry(starts, row), self.entry(starts, self.builder.add(row, one))
+        return cgutils.for_range_slice(self.builder, begin, end, one)
 
     def times(self, index, factor: int):
         return self.builder.mul(index, ir.Constant(_INT64, factor))
@@ -95,117 +106,133 @@ class _Lanes:
 
 
 @intrinsic
-def advance(typing, vertex, alpha, search, product, solution, residual, inverse):
+def advance(typing, vertex, alpha, vectors, inverse):
     """Moves the solution by alpha along the search direction, then sets product = D^-1 residual.
 
-    Returns: Their dot product, float32.
+    Reads: vertex: a slot; alpha: float32; vectors; inverse: blocks by slots.
+    Writes: vectors.solution, vectors.residual, vectors.product, of that slot.
+    Returns: residual . product, float32.
     """
 
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)
-        vertex, alpha, search, product, solution, residual, inverse = lanes.data
-        at, step = lanes.times(vertex, 4), lanes.all_lanes(alpha)
-        lanes.store(lanes.add(lanes.load(solution, at), lanes.multiply(step, lanes.load(search, at))), solution, at)
-        left = lanes.subtract(lanes.load(residual, at), lanes.multiply(step, lanes.load(product, at)))
-        lanes.store(left, residual, at)
+        vertex, alpha, vectors, inverse = lanes.data
+        at, step, solution = lanes.times(vertex, 4), lanes.all_lanes(alpha), vectors.solution
+        moved = lanes.add(lanes.load(solution, at), lanes.multiply(step, lanes.load(vectors.search, at)))
+        lanes.store(moved, solution, at)
+        left = lanes.subtract(lanes.load(vectors.residual, at), lanes.multiply(step, lanes.load(vectors.product, at)))
+        lanes.store(left, vectors.residual, at)
         eased = lanes.three(lanes.sum_columns(lanes.columns(inverse, vertex, left)))
-        lanes.store(eased, product, at)
+        lanes.store(eased, vectors.product, at)
         return lanes.dot(left, eased)
 
-    return types.float32(vertex, alpha, search, product, solution, residual, inverse), generate
+    return types.float32(vertex, alpha, vectors, inverse), generate
 
 
 @intrinsic
-def turn(typing, vertex, cluster, beta, coarse, product, search):
-    """Computes the next search direction: product + coarse + beta search; `coarse` has four numbers per cluster."""
+def turn(typing, vertex, cluster, beta, coarse, vectors):
+    """Computes the next search direction: product + coarse + beta search.
 
-    def generate(context, builder, signature, arguments):
-        lanes = _Lanes(context, builder, signature, arguments)
-        vertex, cluster, beta, coarse, product, search = lanes.data
-        at = lanes.times(vertex, 4)
-        down = lanes.add(lanes.load(product, at), lanes.load(coarse, lanes.times(cluster, 4)))
-        before = lanes.multiply(lanes.all_lanes(beta), lanes.load(search, at))
-        lanes.store(lanes.add(down, before), search, at)
-        return context.get_dummy_value()
-
-    return types.void(vertex, cluster, beta, coarse, product, search), generate
-
-
-@intrinsic
-def row_product(typing, row, own, ring, ring_begin, ring_end, blocks, far, far_begin, far_end, numbers, vector, out):
-    """Multiplies one row of the matrix by a vector and writes the result to `out`.
-
-    The row has its own block (number `row` of `own`), the blocks ring_begin:ring_end with columns in `ring`, and the
-    multiples of the unit matrix far_begin:far_end with columns in `far`.
-
-    Returns: vector . out of that row, float32.
+    Reads: vertex: a slot; cluster: that of the slot; beta: float32; coarse: four numbers per cluster; vectors.
+    Writes: vectors.search, of that slot.
     """
 
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)
-        row, own, ring, ring_begin, ring_end, blocks, far, far_begin, far_end, numbers, vector, out = lanes.data
-        at, one = lanes.times(row, 4), ir.Constant(_INT64, 1)
+        vertex, cluster, beta, coarse, vectors = lanes.data
+        at = lanes.times(vertex, 4)
+        down = lanes.add(lanes.load(vectors.product, at), lanes.load(coarse, lanes.times(cluster, 4)))
+        before = lanes.multiply(lanes.all_lanes(beta), lanes.load(vectors.search, at))
+        lanes.store(lanes.add(down, before), vectors.search, at)
+        return context.get_dummy_value()
+
+    return types.void(vertex, cluster, beta, coarse, vectors), generate
+
+
+@intrinsic
+def row_product(typing, row, pattern, matrix, vectors):
+    """Multiplies one row of the matrix by the search direction.
+
+    The row has its diagonal block, blocks on the ring, and multiples of the unit matrix beyond it.
+
+    Reads: row: a slot; pattern; matrix; vectors.search.
+    Writes: vectors.product, of that slot.
+    Returns: search . product of that slot, float32.
+    """
+
+    def generate(context, builder, signature, arguments):
+        lanes = _Lanes(context, builder, signature, arguments)
+        row, pattern, matrix, vectors = lanes.data
+        at, vector = lanes.times(row, 4), vectors.search
         value = lanes.load(vector, at)
-        near = cgutils.alloca_once_value(builder, lanes.columns(own, row, value))
+        near = cgutils.alloca_once_value(builder, lanes.columns(matrix.diagonal, row, value))
         beyond = cgutils.alloca_once_value(builder, ir.Constant(_FOUR, [0.0] * 4))
 
         def accumulate(total, more):
             builder.store(lanes.add(builder.load(total), more), total)
 
-        with cgutils.for_range_slice(builder, ring_begin, ring_end, one) as (index, _):
-            neighbour = lanes.load(vector, lanes.times(lanes.entry(ring, index), 4))
-            accumulate(near, lanes.columns(blocks, index, neighbour))
-        with cgutils.for_range_slice(builder, far_begin, far_end, one) as (index, _):
-            neighbour = lanes.load(vector, lanes.times(lanes.entry(far, index), 4))
-            number = lanes.all_lanes(builder.load(builder.gep(numbers, [index])))
+        with lanes.entries(pattern.ring_starts, row) as (index, _):
+            neighbour = lanes.load(vector, lanes.times(lanes.entry(pattern.ring, index), 4))
+            accumulate(near, lanes.columns(matrix.blocks, index, neighbour))
+        with lanes.entries(pattern.far_starts, row) as (index, _):
+            neighbour = lanes.load(vector, lanes.times(lanes.entry(pattern.far, index), 4))
+            number = lanes.all_lanes(builder.load(builder.gep(pattern.far_bending, [index])))
             accumulate(beyond, lanes.multiply(neighbour, number))
         product = lanes.three(lanes.add(lanes.sum_columns(builder.load(near)), builder.load(beyond)))
-        lanes.store(product, out, at)
+        lanes.store(product, vectors.product, at)
         return lanes.dot(value, product)
 
-    kinds = (row, own, ring, ring_begin, ring_end, blocks, far, far_begin, far_end, numbers, vector, out)
-    return types.float32(*kinds), generate
+    return types.float32(row, pattern, matrix, vectors), generate
 
 
 @intrinsic
-def pair_product(typing, pair, corners, weights, blocks, vector, out):
-    """Computes out[pair] = B sum of weight vector[corner], over the four corners of a pair with its block B."""
+def pair_product(typing, pair, pairs, vector):
+    """Computes B sum of weight vector[corner], over the four corners of a pair with its block B.
+
+    Reads: pair: its number; pairs: `PairBlocks`; vector: by slots.
+    Writes: pairs.product, of that pair.
+    """
 
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)
-        pair, corners, weights, blocks, vector, out = lanes.data
+        pair, pairs, vector = lanes.data
         at, total = lanes.times(pair, 4), None
         for corner in range(4):
             place = builder.add(at, ir.Constant(_INT64, corner))
-            value = lanes.load(vector, lanes.times(lanes.entry(corners, place), 4))
-            value = lanes.multiply(value, lanes.all_lanes(builder.load(builder.gep(weights, [place]))))
+            value = lanes.load(vector, lanes.times(lanes.entry(pairs.corners, place), 4))
+            value = lanes.multiply(value, lanes.all_lanes(builder.load(builder.gep(pairs.weights, [place]))))
             total = value if total is None else lanes.add(total, value)
-        lanes.store(lanes.three(lanes.sum_columns(lanes.columns(blocks, pair, total))), out, at)
+        lanes.store(lanes.three(lanes.sum_columns(lanes.columns(pairs.block, pair, total))), pairs.product, at)
         return context.get_dummy_value()
 
-    return types.void(pair, corners, weights, blocks, vector, out), generate
+    return types.void(pair, pairs, vector), generate
 
 
 @intrinsic
-def add_pairs(typing, row, begin, end, entries, weights, product, vector, out):
-    """Computes out[row] += weight product[pair] for entries 4 pair + corner. Returns vector . the sum, float32."""
+def add_pairs(typing, row, vertex, pairs, vectors):
+    """Adds the products of a vertex's pairs, each times its weight, to the product of the vertex.
+
+    Reads: row: a slot; vertex: that in the slot; pairs: `PairBlocks`, with products; vectors.search.
+    Writes: vectors.product, of that slot: increased.
+    Returns: search . the sum, float32.
+    """
 
     def generate(context, builder, signature, arguments):
         lanes = _Lanes(context, builder, signature, arguments)
-        row, begin, end, entries, weights, product, vector, out = lanes.data
+        row, vertex, pairs, vectors = lanes.data
         at = lanes.times(row, 4)
         total = cgutils.alloca_once_value(builder, ir.Constant(_FOUR, [0.0] * 4))
-        with cgutils.for_range_slice(builder, begin, end, ir.Constant(_INT64, 1)) as (index, _):
-            entry = lanes.entry(entries, index)
+        with lanes.entries(pairs.starts, vertex) as (index, _):
+            entry = lanes.entry(pairs.entries, index)
             pair = builder.and_(entry, ir.Constant(_INT64, -4))
-            weight = lanes.all_lanes(builder.load(builder.gep(weights, [entry])))
-            builder.store(lanes.add(builder.load(total), lanes.multiply(weight, lanes.load(product, pair))), total)
+            weight = lanes.all_lanes(builder.load(builder.gep(pairs.weights, [entry])))
+            product = lanes.multiply(weight, lanes.load(pairs.product, pair))
+            builder.store(lanes.add(builder.load(total), product), total)
         added = builder.load(total)
-        lanes.store(lanes.add(lanes.load(out, at), added), out, at)
-        return lanes.dot(lanes.load(vector, at), added)
+        lanes.store(lanes.add(lanes.load(vectors.product, at), added), vectors.product, at)
+        return lanes.dot(lanes.load(vectors.search, at), added)
 
-    kinds = (row, begin, end, entries, weights, product, vector, out)
-    return types.float32(*kinds), generate
+    return types.float32(row, vertex, pairs, vectors), generate
 
 
 __all__ = ["PAD", "add_pairs", "advance", "blocks_of", "pair_product", "row_product", "turn", "vector_of"]

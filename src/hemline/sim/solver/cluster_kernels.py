@@ -3,42 +3,50 @@
 import numpy as np
 
 from hemline.compiled import kernel
+from hemline.sim.cloth.rows import Rows
 
 
 @kernel
-def _sweep(starts, columns, owner, number, members, first, stamp, seen, order_out):
-    """Orders the members by breadth-first search from one of them; disconnected members come after."""
+def _sweep(graph: Rows, owner, number, members, first, seen_out, order_out):
+    """Orders vertices by breadth-first search from one of them; disconnected ones come after.
+
+    Reads: graph: neighbours of each vertex; members: the vertices, whose owner (verts,) is `number`; first: the one to
+        begin with.
+    Writes: seen_out (verts,): counted up for each member, all equal before; order_out (members,).
+    """
+    starts, columns = graph
+    stamp = seen_out[first] + 1
     found = head = after = 0
     start = first
     while found < members.shape[0]:
         order_out[found] = start
-        seen[start] = stamp
+        seen_out[start] = stamp
         found += 1
         while head < found:
             v = order_out[head]
             head += 1
             for entry in range(starts[v], starts[v + 1]):
                 j = columns[entry]
-                if owner[j] == number and seen[j] != stamp:
+                if owner[j] == number and seen_out[j] != stamp:
                     order_out[found] = j
-                    seen[j] = stamp
+                    seen_out[j] = stamp
                     found += 1
-        while after < members.shape[0] and seen[members[after]] == stamp:
+        while after < members.shape[0] and seen_out[members[after]] == stamp:
             after += 1
         if after < members.shape[0]:
             start = members[after]
 
 
 @kernel
-def bisect_vertices(starts, columns, members, parts, part_out):
+def bisect_vertices(graph: Rows, members, parts, part_out):
     """Cuts vertices into parts.
 
-    Reads: starts, columns: neighbours of each vertex; members: vertices to be cut, ascending; parts: number of parts.
+    Reads: graph: neighbours of each vertex; members: vertices to be cut, ascending; parts: number of parts.
     Writes: part_out (verts,): part of each member; other entries stay.
     Returns: The number of parts, which is smaller than requested if there are fewer vertices.
     """
-    count, made, number, stamp = starts.shape[0] - 1, 0, 0, 0
-    owner, seen = np.full(count, -1, np.int64), np.full(count, -1, np.int64)
+    count, made, number = graph.starts.shape[0] - 1, 0, 0
+    owner, seen = np.full(count, -1, np.int64), np.zeros(count, np.int64)
     order, room, first_half = (
         np.empty(members.shape[0], np.int64),
         np.empty(members.shape[0], np.int64),
@@ -59,9 +67,9 @@ def bisect_vertices(starts, columns, members, parts, part_out):
         here, found = left[low:high], order[: high - low]
         for k in range(high - low):
             owner[here[k]] = number
-        _sweep(starts, columns, owner, number, here, here[0], stamp, seen, found)
-        _sweep(starts, columns, owner, number, here, found[high - low - 1], stamp + 1, seen, found)
-        number, stamp = number + 1, stamp + 2
+        _sweep(graph, owner, number, here, here[0], seen, found)
+        _sweep(graph, owner, number, here, found[high - low - 1], seen, found)
+        number += 1
         half = (high - low) * (many // 2) // many
         for k in range(high - low):
             first_half[found[k]] = k < half

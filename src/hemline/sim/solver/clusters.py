@@ -67,7 +67,7 @@ def cut(sheet: Sheet, vertices: np.ndarray, parts: int) -> list[np.ndarray]:
     """
     graph, members = _graph(sheet), np.sort(vertices).astype(np.int64)
     part = np.full(sheet.vertex_count, -1, np.int64)
-    made = bisect_vertices(graph.indptr, graph.indices, members, parts, part)
+    made = bisect_vertices(Rows(graph.indptr, graph.indices), members, parts, part)
     rows = incidence(part[members], members, made)
     return np.split(rows.columns.astype(np.int64), rows.starts[1:-1].astype(np.int64))
 

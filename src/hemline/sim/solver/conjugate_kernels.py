@@ -55,8 +55,9 @@ class PairBlocks(NamedTuple):
 
 
 class Vectors(NamedTuple):
-    """Vectors of the solver: four numbers per slot, float32."""
+    """Vectors of the solver, four numbers per slot, float32: the right-hand side, the solution, and working memory."""
 
+    right: Float[np.ndarray, " slots4"]
     solution: Float[np.ndarray, " slots4"]
     residual: Float[np.ndarray, " slots4"]
     search: Float[np.ndarray, " slots4"]
@@ -76,6 +77,7 @@ class Sums(NamedTuple):
 def coarse_matrix(pattern: Pattern, matrix: Matrix, band_out):
     """Computes the lower half of P^T A P; entry (r, c) lies at band[r, c - r + width - 1].
 
+    Reads: pattern; matrix.
     Writes: band_out (3 clusters, width).
     """
     _, _, begin, end, label, ring_starts, ring, far_starts, far, far_bending = pattern
@@ -135,6 +137,8 @@ def coarse_matrix(pattern: Pattern, matrix: Matrix, band_out):
 def factorise(band):
     """Computes the Cholesky factor of a banded matrix, in place.
 
+    Reads: band (3 clusters, width): the matrix, see `coarse_matrix`.
+    Writes: band: the factor.
     Returns: False if the matrix is not positive.
     """
     count, width = band.shape
@@ -158,7 +162,11 @@ def factorise(band):
 
 @kernel(fastmath={"contract", "reassoc", "nsz"})
 def solve_band(band, values):
-    """Solves L L^T x = values in place, three rows at once: the band holds whole blocks of three."""
+    """Solves L L^T x = values in place, three rows at once: the band holds whole blocks of three.
+
+    Reads: band (3 clusters, width): the factor L; values (3 clusters,): the right-hand side.
+    Writes: values: the solution.
+    """
     count, width = band.shape
     here = width - 1
     for r in range(0, count, 3):
@@ -202,7 +210,6 @@ def conjugate_gradients(
     matrix: Matrix,
     band,
     pairs: PairBlocks,
-    right,
     tolerance,
     iterations,
     vectors: Vectors,
@@ -211,17 +218,17 @@ def conjugate_gradients(
     """Solves A x = right for the free vertices, which are those in clusters; the others stay 0.
 
     Model: A = blocks on the ring, far_bending I beyond it, diagonal, and w w^T times the block of each pair
-    Reads: band: factor of the coarse matrix; right: a vector; tolerance: on sqrt(r . M r) relative to its start;
-        iterations: maximum. Vectors and blocks are flat and by slots, see `layout` and `block_kernels`.
+    Reads: pattern; matrix; band: factor of the coarse matrix; pairs; vectors.right; tolerance: on sqrt(r . M r)
+        relative to its start; iterations: maximum. Vectors and blocks are flat and by slots, see `layout` and
+        `block_kernels`.
     Writes: vectors.solution; the rest of vectors and sums, and pairs.product, are working memory.
     Returns: The number of iterations.
     """
-    _, vertex, begin, end, _, ring_starts, ring, far_starts, far, far_bending = pattern
-    blocks, diagonal, inverse = matrix
-    pair_corners, pair_weights, pair_block, pair_starts, pair_entries, pressed_out = pairs
-    solution_out, residual_out, search_out, product_out = vectors
-    partial_out, cluster_sum_out, coarse_out, shift_out = sums
-    count, clusters, pair_count = solution_out.shape[0], begin.shape[0], pair_corners.shape[0]
+    vertex, begin, end = pattern.vertex, pattern.begin, pattern.end
+    right, solution_out, residual_out = vectors.right, vectors.solution, vectors.residual
+    search_out, product_out = vectors.search, vectors.product
+    partial_out, cluster_sum_out, coarse_out, shift_out = sums.partial, sums.cluster, sums.coarse, sums.shift
+    count, clusters, pair_count = solution_out.shape[0], begin.shape[0], pairs.corners.shape[0]
     alpha, old, enough = np.float32(0.0), 0.0, 0.0
     for k in prange(count):
         solution_out[k], residual_out[k], search_out[k], product_out[k] = 0.0, right[k], 0.0, 0.0
@@ -230,7 +237,7 @@ def conjugate_gradients(
             total, sum0, sum1, sum2 = 0.0, 0.0, 0.0, 0.0
             for i in range(begin[cluster], end[cluster]):
                 # from here on `product` holds D^-1 r, until the matrix is applied
-                total += advance(i, alpha, search_out, product_out, solution_out, residual_out, inverse)
+                total += advance(i, alpha, vectors, matrix.inverse)
                 sum0 += residual_out[4 * i]
                 sum1 += residual_out[4 * i + 1]
                 sum2 += residual_out[4 * i + 2]
@@ -254,52 +261,30 @@ def conjugate_gradients(
         old = new
         for cluster in prange(clusters):
             for i in range(begin[cluster], end[cluster]):
-                turn(i, cluster, beta, shift_out, product_out, search_out)
+                turn(i, cluster, beta, shift_out, vectors)
         if pair_count > FEW_PAIRS:
             for p in prange(pair_count):
-                pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
+                pair_product(p, pairs, search_out)
         for cluster in prange(clusters):
             total = 0.0
             for i in range(begin[cluster], end[cluster]):
-                total += row_product(
-                    i,
-                    diagonal,
-                    ring,
-                    ring_starts[i],
-                    ring_starts[i + 1],
-                    blocks,
-                    far,
-                    far_starts[i],
-                    far_starts[i + 1],
-                    far_bending,
-                    search_out,
-                    product_out,
-                )
+                total += row_product(i, pattern, matrix, vectors)
                 if pair_count > FEW_PAIRS:
                     v = vertex[i]
-                    if pair_starts[v] < pair_starts[v + 1]:
-                        total += add_pairs(
-                            i,
-                            pair_starts[v],
-                            pair_starts[v + 1],
-                            pair_entries,
-                            pair_weights,
-                            pressed_out,
-                            search_out,
-                            product_out,
-                        )
+                    if pairs.starts[v] < pairs.starts[v + 1]:
+                        total += add_pairs(i, v, pairs, vectors)
             partial_out[cluster] = total
         bend = 0.0
         for cluster in range(clusters):
             bend += partial_out[cluster]
         if pair_count <= FEW_PAIRS:
             for p in range(pair_count):
-                pair_product(p, pair_corners, pair_weights, pair_block, search_out, pressed_out)
+                pair_product(p, pairs, search_out)
                 for c in range(4):
                     # at a fixed vertex it is added too, where nobody reads it and the search is 0
-                    row, w = 4 * pair_corners[p, c], pair_weights[p, c]
+                    row, w = 4 * pairs.corners[p, c], pairs.weights[p, c]
                     for axis in range(3):
-                        added = w * pressed_out[4 * p + axis]
+                        added = w * pairs.product[4 * p + axis]
                         product_out[row + axis] += added
                         bend += search_out[row + axis] * added
         if not bend > 0.0:

@@ -13,8 +13,7 @@ class System:
     Attributes:
         pattern: The layout, as kernels take it.
         matrix: The Hessian, without pairs.
-        right: Right-hand side, a vector.
-        vectors: The solution and working vectors.
+        vectors: The right-hand side, the solution and working vectors.
         band: Factor of the coarse level of the preconditioner.
     """
 
@@ -22,8 +21,7 @@ class System:
         slots, clusters = len(layout.vertex), len(layout.begin)
         self.pattern = Pattern.from_layout(layout)
         self.matrix = Matrix(*(blocks_of(count) for count in (len(layout.ring.columns), slots, slots)))
-        self.right = vector_of(slots)
-        self.vectors = Vectors(*(vector_of(slots) for _ in range(4)))
+        self.vectors = Vectors(*(vector_of(slots) for _ in Vectors._fields))
         self.band = np.empty((3 * clusters, layout.width))
         self.sums = Sums(np.empty(clusters), np.empty(3 * clusters), np.empty(3 * clusters), vector_of(clusters))
 
@@ -40,5 +38,5 @@ class System:
             tolerance: The iteration stops when the preconditioned residual has fallen to this fraction.
             steps: Maximum number of steps.
         """
-        inputs = tuple(self.pattern), tuple(self.matrix), self.band, tuple(pairs), self.right
-        return conjugate_gradients(*inputs, tolerance, steps, tuple(self.vectors), tuple(self.sums))
+        system = self.pattern, self.matrix, self.band, pairs
+        return conjugate_gradients(*system, tolerance, steps, self.vectors, self.sums)

@@ -42,7 +42,7 @@ def newton_step(potential: Potential, *, fresh: bool, solver_share: float, solve
     pairs = potential.assemble()
     if fresh and not system.coarsen():
         raise StepRejected("the Hessian is not positive")
-    write_right_side(potential.workspace.gradient, slot, system.right)
+    write_right_side(potential.workspace.evaluation.gradient, slot, system.vectors.right)
     spent = system.solve(pairs, tolerance=solver_share, steps=solver_steps)
     return NewtonStep(_line_search(potential), spent)
 

@@ -93,13 +93,11 @@ class Potential:
             tuple(self.air),
             tuple(self.contact),
             model.fixed,
-            work.gradient,
-            work.energy,
-            work.residual,
+            work.evaluation,
         )
-        self.energy = self._elastic_energy + float(work.energy.sum()) + pair_energy + term_energy
+        self.energy = self._elastic_energy + float(work.evaluation.energy.sum()) + pair_energy + term_energy
         free = max(1, model.sheet.vertex_count - len(model.pinned))
-        self.residual_share = float(work.residual.sum()) / free / model.mean_weight
+        self.residual_share = float(work.evaluation.residual.sum()) / free / model.mean_weight
 
     def assemble(self) -> PairBlocks:
         """Writes the Hessian at the last positions into the workspace's system; returns the blocks of the pairs."""

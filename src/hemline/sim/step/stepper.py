@@ -142,7 +142,9 @@ class Stepper:
 
     def gradient(self, positions: Positions) -> Positions:
         """Returns the gradient of the elastic energy of membrane and bending: minus the elastic force [N]."""
-        return elastic_potential(self.model, self.workspace, self.start(positions).positions).workspace.gradient.copy()
+        return elastic_potential(
+            self.model, self.workspace, self.start(positions).positions
+        ).workspace.evaluation.gradient.copy()
 
     def energy(self, positions: Positions) -> float:
         """Returns the elastic energy of membrane and bending [J]."""

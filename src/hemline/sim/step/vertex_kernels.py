@@ -5,6 +5,11 @@ terms share one pass over the vertices for speed, and because their energies are
 order would change the last bits of the result.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
 from hemline.compiled import kernel, prange
 from hemline.sim.cloth.air_kernels import Air, air_terms
 from hemline.sim.cloth.elastic_kernels import FAST, VERTEX_CHUNK
@@ -14,15 +19,29 @@ from hemline.sim.solver.conjugate_kernels import Matrix
 from hemline.sim.solver.layout import Pattern
 
 
+class PotentialEvaluation(NamedTuple):
+    """What a potential is at some positions.
+
+    Attributes:
+        gradient: Gradient of all terms [N].
+        energy: Energy of inertia, air and contact with the body, by chunk of vertices [J].
+        residual: Sum of the size of the gradient over free vertices, by chunk of vertices [N].
+    """
+
+    gradient: Float[np.ndarray, "verts 3"]
+    energy: Float[np.ndarray, " chunks"]
+    residual: Float[np.ndarray, " chunks"]
+
+
 @kernel(parallel=True, fastmath=FAST)
-def gradient(
-    x, pressed, inertia: Inertia, air: Air, contact: SkinContact, fixed, gradient_out, energy_out, residual_out
-):
+def gradient(x, pressed, inertia: Inertia, air: Air, contact: SkinContact, fixed, out: PotentialEvaluation):
     """Computes the gradient at each vertex and, by chunk, the energy and the sum of |gradient| over free vertices.
 
-    Reads: pressed (verts, 3): gradient of all other terms, whose energies are not included here [N].
-    Writes: gradient_out (verts, 3) [N]; energy_out (chunks,) [J]; residual_out (chunks,) [N].
+    Reads: x (verts, 3) [m]; pressed (verts, 3): gradient of all other terms, whose energies are not included here [N];
+        inertia; air; contact; fixed (verts,) bool.
+    Writes: out.
     """
+    gradient_out, energy_out, residual_out = out.gradient, out.energy, out.residual
     goal, inertial_stiffness = inertia
     start, air_force, air_matrix = air
     normal, point, carried, stiffness, limit, thickness, depth, creep = contact
@@ -71,8 +90,9 @@ def diagonal_blocks(
     """Computes the diagonal blocks of the Hessian, and their inverses, which are 0 for fixed vertices; flat, nine per
     slot.
 
-    Reads: air: its matrix includes the blocks of additional terms; pair_diagonal (verts, 6): blocks of pairs, which are
-        only part of the inverse, since the solver applies pairs separately; matrix_out.blocks: the entries of the ring.
+    Reads: x (verts, 3) [m]; inertia; contact; fixed (verts,) bool; pattern; air: its matrix includes the blocks of
+        additional terms; pair_diagonal (verts, 6): blocks of pairs, which are only part of the inverse, since the
+        solver applies pairs separately; matrix_out.blocks: the entries of the ring.
     Writes: matrix_out.diagonal, matrix_out.inverse.
     """
     _, inertial_stiffness = inertia
@@ -126,7 +146,11 @@ def diagonal_blocks(
 
 @kernel(parallel=True)
 def count_farther(x, y, distance):
-    """Counts the points of x that are farther than a distance from those of y."""
+    """Counts the points that are farther than a distance from their partners.
+
+    Reads: x, y (points, 3) [m]; distance [m].
+    Returns: The number of points.
+    """
     count = 0
     for i in prange(x.shape[0]):
         d0, d1, d2 = x[i, 0] - y[i, 0], x[i, 1] - y[i, 1], x[i, 2] - y[i, 2]
@@ -136,7 +160,11 @@ def count_farther(x, y, distance):
 
 @kernel(parallel=True)
 def write_right_side(gradient, slot, right_out):
-    """Writes minus the gradient as a vector of the solver: four numbers per slot."""
+    """Writes minus the gradient as a vector of the solver.
+
+    Reads: gradient (verts, 3) [N]; slot (verts,): slot of each vertex.
+    Writes: right_out: four numbers per slot [N].
+    """
     for i in prange(gradient.shape[0]):
         for axis in range(3):
             right_out[4 * slot[i] + axis] = -gradient[i, axis]
@@ -146,7 +174,8 @@ def write_right_side(gradient, slot, right_out):
 def step_along(x, fraction, solution, slot, out):
     """Moves along the solution of the solver: out = x + fraction * solution.
 
-    Reads: solution: a vector of the solver, by slots.
+    Reads: x (verts, 3) [m]; fraction; solution: a vector of the solver, by slots [m]; slot (verts,): slot of each
+        vertex.
     Writes: out (verts, 3) [m].
     """
     for i in prange(x.shape[0]):
@@ -155,6 +184,7 @@ def step_along(x, fraction, solution, slot, out):
 
 
 __all__ = [
+    "PotentialEvaluation",
     "count_farther",
     "diagonal_blocks",
     "gradient",

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hemline.sim.cloth.air_kernels import TriangleAir
 from hemline.sim.cloth.elastic_kernels import VERTEX_CHUNK
 from hemline.sim.cloth.membrane_kernels import Stretch
 from hemline.sim.contact.pairs.body_points import BodyPointSearch
@@ -9,6 +10,7 @@ from hemline.sim.contact.pairs.self_search import SelfSearch
 from hemline.sim.solver.system import System
 
 from .model import ClothModel
+from .vertex_kernels import PotentialEvaluation
 
 
 class Workspace:
@@ -25,9 +27,7 @@ class Workspace:
         elastic: Gradient of membrane and bending [N].
         bending_energy: Energy of the bending matrix, by chunk [J].
         pressed: Gradient of membrane, bending, pairs and additional terms [N].
-        gradient: Gradient of all terms [N].
-        energy: Energy of inertia, air and contact with the body, by chunk [J].
-        residual: Sum of the size of the gradient over free vertices, by chunk [N].
+        evaluation: Gradient of all terms; energy of inertia, air and contact with the body; residual.
         pair_diagonal: Diagonal blocks of pairs [N/m].
         air_by_triangle: Force and matrix of the air on each triangle.
         air: Force and matrix of the air at each vertex.
@@ -48,10 +48,10 @@ class Workspace:
             np.zeros((verts, 3)),
         )
         self.elastic, self.bending_energy = np.empty((verts, 3)), np.empty(chunks)
-        self.pressed, self.gradient = np.empty((verts, 3)), np.empty((verts, 3))
-        self.energy, self.residual = np.empty(chunks), np.empty(chunks)
+        self.pressed = np.empty((verts, 3))
+        self.evaluation = PotentialEvaluation(np.empty((verts, 3)), np.empty(chunks), np.empty(chunks))
         self.pair_diagonal = np.zeros((verts, 6))
-        self.air_by_triangle = np.zeros((faces, 3)), np.zeros((faces, 6))
+        self.air_by_triangle = TriangleAir(np.zeros((faces, 3)), np.zeros((faces, 6)))
         self.air = np.zeros((verts, 3)), np.zeros((verts, 6))
         self.system = System(model.layout)
         self.self_search = (

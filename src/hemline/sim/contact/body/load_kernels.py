@@ -43,7 +43,11 @@ class SkinContact(NamedTuple):
 
 @kernel(inline="always")
 def contact_terms(gap, stiffness, depth):
-    """Returns energy, load (force along the normal) and stiffness of a contact at a gap."""
+    """Computes contact with the body.
+
+    Reads: gap: height over the contact distance [m]; stiffness [N/m]; depth: from which on the load is constant [m].
+    Returns: The energy [J], the load, which is the force along the normal [N], and the stiffness [N/m].
+    """
     if gap >= 0.0 or stiffness == 0.0:
         return 0.0, 0.0, 0.0
     if gap > -depth:
@@ -54,7 +58,11 @@ def contact_terms(gap, stiffness, depth):
 
 @kernel(inline="always")
 def slip_terms(slip, creep):
-    """Returns the smoothed Coulomb potential at a slip u, and its derivative divided by u (Li et al. 2020, Eq. 14)."""
+    """Computes the smoothed Coulomb potential for a limit of 1 N (Li et al. 2020, Eq. 14).
+
+    Reads: slip: length of the slip u [m]; creep: slip below which friction is smoothed [m].
+    Returns: The potential [J/N], and its derivative divided by u [1/m].
+    """
     if slip < creep:
         ratio = slip / creep
         return creep * (ratio * ratio * (1.0 - ratio / 3.0) + 1.0 / 3.0), (2.0 - ratio) / creep
@@ -63,7 +71,12 @@ def slip_terms(slip, creep):
 
 @kernel(inline="always")
 def press_terms(depth, stiffness, thickness):
-    """Returns energy, load and stiffness of a pair that is closer than its thickness by a depth."""
+    """Computes contact of a pair.
+
+    Reads: depth: how much closer the pair is than its reach [m]; stiffness [N/m]; thickness: depth from which on the
+        load is constant [m].
+    Returns: The energy [J], the load [N], and the stiffness [N/m].
+    """
     if depth <= 0.0:
         return 0.0, 0.0, 0.0
     if depth < thickness:

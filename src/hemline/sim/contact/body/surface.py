@@ -84,7 +84,7 @@ class BodySurface:
         else:
             face, weights = known.face.copy(), known.weights.copy()
         closest = SkinPoints(nearest, face, weights)
-        closest_faces(positions, tuple(self.mesh(skin)), tuple(grid), reach or self.reach, selected, tuple(closest))
+        closest_faces(positions, self.mesh(skin), tuple(grid), reach or self.reach, selected, closest)
         return closest
 
     def planes(
@@ -106,5 +106,5 @@ class BodySurface:
         """
         count = len(start)
         planes = Planes(*(np.empty(shape) for shape in ((count, 3), (count, 3), (count, 3), count)))
-        contact_planes(start, tuple(closest), then.vertices, tuple(self.mesh(now)), stiffness, tuple(planes))
+        contact_planes(start, tuple(closest), then.vertices, tuple(self.mesh(now)), stiffness, planes)
         return planes

@@ -53,8 +53,10 @@ class SkinMesh(NamedTuple):
 
 @kernel
 def fill_grid(points, low, cell, size, starts_out, order_out):
-    """Sorts points into cubic cells: cell c holds order[starts[c]:starts[c + 1]]. Points off the grid are left out.
+    """Sorts points into the cubic cells of a `SearchGrid`. Points off the grid are left out.
 
+    Reads: points (points, 3) [m]; low (3,): corner of the grid [m]; cell: size of a cell [m]; size (3,): cells along
+        each axis.
     Writes: starts_out (cells + 2,); order_out (points,).
     """
     count = points.shape[0]
@@ -74,7 +76,11 @@ def fill_grid(points, low, cell, size, starts_out, order_out):
 
 @kernel(inline="always")
 def cell_of(points, i, low, cell, size):
-    """Returns the number of the cell of point i, -1 off the grid."""
+    """Finds the cell of a point.
+
+    Reads: points (points, 3) [m]; i: number of the point; low, cell, size: see `fill_grid`.
+    Returns: The number of the cell, -1 off the grid.
+    """
     a, b, c = (points[i, 0] - low[0]) / cell, (points[i, 1] - low[1]) / cell, (points[i, 2] - low[2]) / cell
     if a < 0 or b < 0 or c < 0 or a >= size[0] or b >= size[1] or c >= size[2]:
         return -1
@@ -83,16 +89,20 @@ def cell_of(points, i, low, cell, size):
 
 @kernel(inline="always")
 def cells_between(first, last, low, cell, count):
-    """Returns the first and last cell of a span along an axis; the last is before the first if the span is off the
-    grid.
+    """Finds the cells of a span along an axis.
+
+    Reads: first, last: the span [m]; low: lowest coordinate of the grid [m]; cell: size of a cell [m]; count: cells.
+    Returns: The first and the last cell; the last is before the first if the span is off the grid.
     """
     return int(max((first - low) / cell, 0.0)), int(min((last - low) / cell, count - 1.0))
 
 
 @kernel(inline="always")
 def closest_on_triangle(px, py, pz, a, b, c):
-    """Returns the barycentric coordinates of the point of triangle a b c closest to p, and the squared distance
-    (Ericson 2005).
+    """Finds the point of triangle a b c that is closest to p (Ericson 2005).
+
+    Reads: px, py, pz: the point p [m]; a, b, c (3,): corners [m].
+    Returns: The weights of b and c, and the squared distance [m^2].
     """
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     acx, acy, acz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
@@ -122,10 +132,13 @@ def closest_on_triangle(px, py, pz, a, b, c):
 
 
 @kernel(inline="always")
-def closest_around(px, py, pz, vertex, vertices, faces, star_starts, star):
-    """Returns the face closest to p among those around a vertex and around the corners that it leads to, with its
-    weights.
+def closest_around(px, py, pz, vertex, skin: SkinMesh):
+    """Finds the face closest to p among those around a vertex and around the corners that it leads to.
+
+    Reads: px, py, pz: the point p [m]; vertex: vertex of the body; skin.
+    Returns: The face, and the weights of its corners 1 and 2.
     """
+    vertices, faces, star_starts, star = skin.vertices, skin.faces, skin.star_starts, skin.star
     best, face, bv, bw = 1e30, -1, 0.0, 0.0
     centre = last = vertex
     for visit in range(4):
@@ -157,13 +170,13 @@ def closest_around(px, py, pz, vertex, vertices, faces, star_starts, star):
 def closest_faces(x, skin: SkinMesh, grid: SearchGrid, reach, selected, out: SkinPoints):
     """Finds for each selected cloth vertex the closest face within reach and the weights of its corners; -1 for none.
 
-    Reads: x (verts, 3) float64; reach [m]; selected (verts,) bool; out.nearest: the last nearest body vertices, which
-        bound the search and do not change its result.
+    Reads: x (verts, 3) float64 [m]; skin; grid: of the skin's vertices; reach [m]; selected (verts,) bool; out.nearest:
+        the last nearest body vertices, which bound the search and do not change its result.
     Writes: out; values of vertices that are not selected stay.
     """
-    vertices, _, faces, star_starts, star = skin
+    vertices = skin.vertices
     low, cell, size, cell_starts, order = grid
-    nearest_out, face_out, weights_out = out
+    nearest_out, face_out, weights_out = out.nearest, out.face, out.weights
     # garments lie near the body at one end of their numbering: blocks are dealt out so that each thread gets both ends
     count, blocks = x.shape[0], (x.shape[0] + SEARCH_BLOCK - 1) // SEARCH_BLOCK
     blocks += blocks % BLOCK_STRIDE == 0
@@ -200,7 +213,7 @@ def closest_faces(x, skin: SkinMesh, grid: SearchGrid, reach, selected, out: Ski
             nearest_out[i] = found
             if found < 0:
                 continue
-            face, bv, bw = closest_around(px, py, pz, found, vertices, faces, star_starts, star)
+            face, bv, bw = closest_around(px, py, pz, found, skin)
             face_out[i], weights_out[i, 0], weights_out[i, 1] = face, bv, bw
 
 
@@ -208,13 +221,14 @@ def closest_faces(x, skin: SkinMesh, grid: SearchGrid, reach, selected, out: Ski
 def contact_planes(start, closest: SkinPoints, vertices_then, now: SkinMesh, stiffness, out: Planes):
     """Computes the plane of the body under each vertex at the end of the step, and where the body carries the vertex.
 
-    Reads: start (verts, 3): the cloth at the start; vertices_then: the body at the start; stiffness (verts,) [N/m].
+    Reads: start (verts, 3): the cloth at the start [m]; closest: places on the body; vertices_then (body verts, 3): the
+        body at the start [m]; now: the body at the end; stiffness (verts,) [N/m].
     Writes: out: interpolated unit normal, point on the body, where that point carries the vertex, and stiffness; all 0
         without contact.
     """
     _, face, weights = closest
     vertices_now, normals_now, faces, _, _ = now
-    normal_out, point_out, carried_out, stiffness_out = out
+    normal_out, point_out, carried_out, stiffness_out = out.normal, out.point, out.carried, out.stiffness
     for i in prange(start.shape[0]):
         f = face[i]
         stiffness_out[i] = 0.0
@@ -245,7 +259,7 @@ def contact_planes(start, closest: SkinPoints, vertices_then, now: SkinMesh, sti
 def mark_strays(x, fixed, distance, searched_at, selected_out):
     """Marks the free vertices that are farther than a distance from where their face was searched for.
 
-    Reads: x, searched_at (verts, 3); fixed (verts,) bool; distance [m].
+    Reads: x, searched_at (verts, 3) [m]; fixed (verts,) bool; distance [m].
     Writes: selected_out (verts,) bool; searched_at: x of the marked vertices.
     Returns: The number of marked vertices.
     """
@@ -263,7 +277,8 @@ def mark_strays(x, fixed, distance, searched_at, selected_out):
 def mark_turned_inside(x, old_normal, old_stiffness, normal, point, stiffness, turned_out):
     """Marks vertices behind their new plane whose old plane faced the other way.
 
-    Reads: old and new normals, points (verts, 3) and stiffnesses (verts,).
+    Reads: x, point (verts, 3) [m]; old_normal, normal (verts, 3): unit normals of the planes; old_stiffness, stiffness
+        (verts,) [N/m].
     Writes: turned_out (verts,) bool.
     """
     for i in prange(x.shape[0]):

@@ -18,24 +18,10 @@ from jaxtyping import Bool, Float, Int
 from hemline.sim.contact.body.planes import SkinPoints
 from hemline.sim.contact.body.surface import BodySurface, MovingSkin
 
-from .history_kernels import Places, move_places, share_stiffness
+from .history_kernels import LimbLabels, Places, move_places, share_stiffness
 
 HistoryFaces = Int[np.ndarray, "verts 2"]
 """Faces of the body at the first and the second place of each vertex, -1 for none."""
-
-MAX_DEPTH = 0.005
-"""A closest place that a vertex would lie deeper behind than this is refused: contact does not let cloth sink that far
-[m]."""
-
-FORGET_HEIGHT = 0.015
-"""Height over a second place above which that place is forgotten [m]."""
-
-MAX_SKEW = 2.0
-"""A second place is also forgotten if its distance exceeds the height times this factor plus `MAX_DEPTH`, because it
-then lies beside the vertex."""
-
-YIELD_DEPTH = 0.002
-"""If a vertex lies deeper in its own limb than this, contact with the other limb is softened [m]."""
 
 
 @dataclass(frozen=True)
@@ -93,10 +79,8 @@ class ContactHistory:
             rest_limb: Limb that each vertex lies on at rest.
         """
         nearest, face, weights = self.nearest.copy(), self.face.copy(), self.weights.copy()
-        places = Places(nearest, face, weights)
-        move_places(
-            positions, surface.mesh(skin), surface.limb, rest_limb, closest, MAX_DEPTH, FORGET_HEIGHT, MAX_SKEW, places
-        )
+        limbs = LimbLabels(surface.limb, rest_limb)
+        move_places(positions, surface.mesh(skin), limbs, closest, Places(nearest, face, weights))
         return ContactHistory(nearest, face, weights)
 
     def stiffnesses(
@@ -125,8 +109,6 @@ class ContactHistory:
         """
         shared = np.empty((2, len(stiffness)))
         places = Places(self.nearest, self.face, self.weights)
-        mesh = surface.mesh(skin)
-        share_stiffness(
-            positions, mesh, surface.limb, rest_limb, pinched, places, stiffness, yielding, YIELD_DEPTH, shared
-        )
+        mesh, limbs = surface.mesh(skin), LimbLabels(surface.limb, rest_limb)
+        share_stiffness(positions, mesh, limbs, pinched, places, stiffness, yielding, shared)
         return shared

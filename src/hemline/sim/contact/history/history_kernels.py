@@ -12,6 +12,32 @@ from hemline.sim.contact.body.touch_kernels import SkinMesh, closest_around
 MAX_WALK_STEPS = 16
 """Maximum number of body vertices on a walk over the skin."""
 
+MAX_DEPTH = 0.005
+"""A closest place that a vertex would lie deeper behind than this is refused: contact does not let cloth sink that far
+[m]."""
+
+FORGET_HEIGHT = 0.015
+"""Height over a second place above which that place is forgotten [m]."""
+
+MAX_SKEW = 2.0
+"""A second place is also forgotten if its distance exceeds the height times this factor plus `MAX_DEPTH`, because it
+then lies beside the vertex."""
+
+YIELD_DEPTH = 0.002
+"""If a vertex lies deeper in its own limb than this, contact with the other limb is softened [m]."""
+
+
+class LimbLabels(NamedTuple):
+    """The limbs that decide between two places.
+
+    Attributes:
+        face: Limb of each face of the body.
+        rest: Limb that each vertex of the cloth lies on at rest.
+    """
+
+    face: Int[np.ndarray, " faces"]
+    rest: Int[np.ndarray, " verts"]
+
 
 class Places(NamedTuple):
     """The first and the second place on the body that keep each vertex off.
@@ -28,11 +54,13 @@ class Places(NamedTuple):
 
 
 @kernel
-def walk_downhill(x, i, centre, vertices, faces, star_starts, star):
-    """Walks over the skin from a vertex of the body to where the skin is closest to cloth vertex i.
+def walk_downhill(x, i, centre, skin: SkinMesh):
+    """Walks over the skin to where it is closest to a vertex of the cloth.
 
-    Returns: vertex, face, two weights.
+    Reads: x (verts, 3) [m]; i: the vertex; centre: vertex of the body where the walk begins; skin.
+    Returns: The vertex and the face of the body where the walk ends, and the weights of the face's corners 1 and 2.
     """
+    vertices, faces, star_starts, star = skin.vertices, skin.faces, skin.star_starts, skin.star
     px, py, pz = x[i, 0], x[i, 1], x[i, 2]
     best = 1e30
     for _ in range(MAX_WALK_STEPS):
@@ -47,13 +75,17 @@ def walk_downhill(x, i, centre, vertices, faces, star_starts, star):
         if found == centre:
             break
         centre = found
-    face, v, w = closest_around(px, py, pz, centre, vertices, faces, star_starts, star)
+    face, v, w = closest_around(px, py, pz, centre, skin)
     return centre, face, v, w
 
 
 @kernel
 def share_no_corner(faces, a, b):
-    """Returns whether two faces share no corner; False if one of them is -1, no face."""
+    """Tells whether two faces are apart.
+
+    Reads: faces (faces, 3); a, b: numbers of two faces, -1 for none.
+    Returns: Whether they share no corner; False if one of them is -1.
+    """
     if a < 0 or b < 0:
         return False
     for k in range(3):
@@ -64,10 +96,13 @@ def share_no_corner(faces, a, b):
 
 
 @kernel
-def height_over(x, i, vertices, normals, faces, face, v, w):
-    """Returns the height of a vertex over the skin at a place, the distance to the place [m], and the unit normal
-    there.
+def height_over(x, i, skin: SkinMesh, face, v, w):
+    """Computes the height of a vertex over the skin at a place.
+
+    Reads: x (verts, 3) [m]; i: the vertex; skin; face, v, w: the place, with the weights of the face's corners 1 and 2.
+    Returns: The height, the distance to the place [m], and the three coordinates of the unit normal there.
     """
+    vertices, normals, faces = skin.vertices, skin.normals, skin.faces
     a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
     u = 1.0 - v - w
     n0 = u * normals[a, 0] + v * normals[b, 0] + w * normals[c, 0]
@@ -82,46 +117,43 @@ def height_over(x, i, vertices, normals, faces, face, v, w):
 
 
 @kernel(parallel=True)
-def move_places(
-    x, skin: SkinMesh, limb, rest_limb, closest: SkinPoints, max_depth, forget_height, max_skew, out: Places
-):
+def move_places(x, skin: SkinMesh, limbs: LimbLabels, closest: SkinPoints, out: Places):
     """Updates the first and the second place of each vertex after cloth and body have moved.
 
-    Reads: x (verts, 3) float64; limb (faces,); rest_limb (verts,); closest: the closest places; max_depth,
-        forget_height [m]; max_skew.
+    Reads: x (verts, 3) float64 [m]; skin; limbs; closest: the closest places.
     Writes: out: the places, updated in place.
     """
-    vertices, normals, faces, star_starts, star = skin
+    faces, limb, rest_limb = skin.faces, limbs.face, limbs.rest
     closest_nearest, closest_face, closest_weights = closest
-    nearest_out, face_out, weights_out = out
+    nearest_out, face_out, weights_out = out.nearest, out.face, out.weights
     for i in prange(x.shape[0]):
         nearby, second = closest_face[i], face_out[1, i]
         left, refused = share_no_corner(faces, face_out[0, i], nearby), False
         n0 = f0 = n1 = f1 = -1
         v0 = w0 = v1 = w1 = 0.0
         if left:
-            n0, f0, v0, w0 = walk_downhill(x, i, nearest_out[0, i], vertices, faces, star_starts, star)
+            n0, f0, v0, w0 = walk_downhill(x, i, nearest_out[0, i], skin)
             left = share_no_corner(faces, f0, nearby)
         if second >= 0:
-            n1, f1, v1, w1 = walk_downhill(x, i, nearest_out[1, i], vertices, faces, star_starts, star)
+            n1, f1, v1, w1 = walk_downhill(x, i, nearest_out[1, i], skin)
         if left and not (second >= 0 and not share_no_corner(faces, f1, nearby)):
             v, w = closest_weights[i, 0], closest_weights[i, 1]
-            height, _, a0, a1, a2 = height_over(x, i, vertices, normals, faces, nearby, v, w)
-            _, _, b0, b1, b2 = height_over(x, i, vertices, normals, faces, f0, v0, w0)
+            height, _, a0, a1, a2 = height_over(x, i, skin, nearby, v, w)
+            _, _, b0, b1, b2 = height_over(x, i, skin, f0, v0, w0)
             opposed = a0 * b0 + a1 * b1 + a2 * b2 < 0.0
             returns = limb[nearby] == rest_limb[i] and limb[f0] != rest_limb[i]
-            refused = height < 0.0 and (opposed or height < -max_depth) and not returns
+            refused = height < 0.0 and (opposed or height < -MAX_DEPTH) and not returns
         if left and not refused:
             # the place that is left becomes the second one
             n1, f1, v1, w1 = n0, f0, v0, w0
         if not refused:
             n0, f0, v0, w0 = closest_nearest[i], nearby, closest_weights[i, 0], closest_weights[i, 1]
         if f1 >= 0:
-            height, distance, _, _, _ = height_over(x, i, vertices, normals, faces, f1, v1, w1)
+            height, distance, _, _, _ = height_over(x, i, skin, f1, v1, w1)
             if not (
                 share_no_corner(faces, f0, f1)
-                and height < forget_height
-                and distance < max_skew * abs(height) + max_depth
+                and height < FORGET_HEIGHT
+                and distance < MAX_SKEW * abs(height) + MAX_DEPTH
             ):
                 f1 = -1
         nearest_out[0, i], face_out[0, i], weights_out[0, i, 0], weights_out[0, i, 1] = n0, f0, v0, w0
@@ -129,17 +161,14 @@ def move_places(
 
 
 @kernel(parallel=True)
-def share_stiffness(
-    x, skin: SkinMesh, limb, rest_limb, pinched, places: Places, stiffness, yielding, yield_depth, stiffness_out
-):
+def share_stiffness(x, skin: SkinMesh, limbs: LimbLabels, pinched, places: Places, stiffness, yielding, stiffness_out):
     """Computes the contact stiffness of the first and of the second place, softened on a limb that is not its own.
 
-    Reads: x (verts, 3) float64; limb (faces,); rest_limb (verts,); pinched (verts,) bool; stiffness (verts,) [N/m];
-        yielding: fraction of the stiffness that remains; yield_depth [m].
+    Reads: x (verts, 3) float64 [m]; skin; limbs; pinched (verts,) bool; places; stiffness (verts,) [N/m]; yielding:
+        fraction of the stiffness that remains.
     Writes: stiffness_out (2, verts) [N/m].
     """
-    vertices, normals, faces = skin.vertices, skin.normals, skin.faces
-    face, weights = places.face, places.weights
+    limb, rest_limb, face, weights = limbs.face, limbs.rest, places.face, places.weights
     for i in prange(x.shape[0]):
         stiffness_out[0, i] = stiffness_out[1, i] = stiffness[i]
         first, second = face[0, i], face[1, i]
@@ -149,11 +178,9 @@ def share_stiffness(
                 stiffness_out[0, i] = yielding * stiffness[i]
             continue
         own = 0 if own_first else 1
-        height, _, _, _, _ = height_over(
-            x, i, vertices, normals, faces, face[own, i], weights[own, i, 0], weights[own, i, 1]
-        )
-        if pinched[i] or height < -yield_depth:
+        height, _, _, _, _ = height_over(x, i, skin, face[own, i], weights[own, i, 0], weights[own, i, 1])
+        if pinched[i] or height < -YIELD_DEPTH:
             stiffness_out[1 - own, i] = yielding * stiffness[i]
 
 
-__all__ = ["Places", "height_over", "move_places", "share_no_corner", "share_stiffness", "walk_downhill"]
+__all__ = ["LimbLabels", "Places", "height_over", "move_places", "share_no_corner", "share_stiffness", "walk_downhill"]

@@ -13,7 +13,16 @@ from hemline.sim.contact.body.body_contact import ClosestContact, Contact
 from hemline.sim.contact.body.planes import SkinPoints
 from hemline.sim.contact.body.touch_kernels import BLOCK_STRIDE
 
-from .body_point_kernels import PointContacts, PointRows, nearest_points, points_above, points_on
+from .body_point_kernels import (
+    TRIANGLE_CHUNK,
+    GuessedCloth,
+    PointContacts,
+    PointRows,
+    SlidCloth,
+    nearest_points,
+    points_above,
+    points_on,
+)
 from .pair_kernels import PairRows
 
 DISTANCE_RATIO = 0.2
@@ -21,17 +30,6 @@ DISTANCE_RATIO = 0.2
 
 POINT_MARGIN = 0.0005
 """Additional distance within which triangles are searched for [m]."""
-
-MAX_POINT_DEPTH = 0.005
-"""Maximum depth by which a body vertex may stand out of the cloth at the start of a step and still count [m]."""
-
-POINT_STIFFNESS, MAX_STIFFNESS_RATIO = 32.0, 4.0
-"""Stiffness of a point at a depth of one thickness: relative to a cloth vertex with the area around the body vertex,
-and its maximum relative to the vertices of the triangle.
-"""
-
-TRIANGLE_CHUNK = 256
-"""Triangles per chunk of the search: fixed, so that the order of results does not depend on the threads."""
 
 
 class BodyPoints:
@@ -134,8 +132,18 @@ class BodyPointSearch:
 
     def _points(self, contact: Contact, guess: np.ndarray) -> PointRows:
         """Returns the nearest point of each piece of cloth for each nearby vertex of the body."""
-        sheet, surface = self.sheet, contact.surface
-        candidates, room = self._search(contact, guess)
+        sheet = self.sheet
+        cloth = GuessedCloth(
+            guess,
+            contact.start,
+            sheet.faces,
+            self.fixed,
+            sheet.piece,
+            contact.stiffness,
+            self.friction,
+            sheet.vertex_area,
+        )
+        candidates = self._search(contact, cloth)
         total = int(candidates.count.sum())
         points = PointRows(
             np.empty(total, np.int32),
@@ -144,54 +152,22 @@ class BodyPointSearch:
         )
         if not total:
             return points
-        count = nearest_points(
-            candidates,
-            room,
-            sheet.faces,
-            sheet.piece,
-            self._pieces,
-            surface.mesh(contact.then),
-            contact.now.vertices,
-            contact.start,
-            guess,
-            contact.stiffness,
-            self.friction,
-            sheet.vertex_area,
-            MAX_POINT_DEPTH,
-            POINT_STIFFNESS,
-            MAX_STIFFNESS_RATIO,
-            points,
-        )
+        then = contact.surface.mesh(contact.then)
+        count = nearest_points(candidates, cloth, self._pieces, then, contact.now.vertices, points)
         return PointRows(*(each[:count] for each in points))
 
-    def _search(self, contact: Contact, guess: np.ndarray) -> tuple[PointContacts, int]:
-        """Returns pairs of a body vertex and a nearby triangle, and the room of each chunk."""
-        sheet, surface, planes = self.sheet, contact.surface, contact.planes
-        chunks = (len(sheet.faces) + TRIANGLE_CHUNK - 1) // TRIANGLE_CHUNK
+    def _search(self, contact: Contact, cloth: GuessedCloth) -> PointContacts:
+        """Returns pairs of a body vertex and a nearby triangle."""
+        surface, chunks = contact.surface, (len(cloth.faces) + TRIANGLE_CHUNK - 1) // TRIANGLE_CHUNK
+        skin, grid = surface.mesh(contact.now), contact.now.grid(surface.reach)
         count = np.empty(chunks + (chunks % BLOCK_STRIDE == 0), np.int64)
-        slid, far = np.empty((len(guess), 3)), np.empty((len(guess), 2))
+        slid = SlidCloth(np.empty((len(cloth.guess), 3)), np.empty((len(cloth.guess), 2)))
+        slack = self.distance + POINT_MARGIN
         while True:
             room = self._room
             entries, weights = np.empty((len(count) * room, 2), np.int32), np.empty((len(count) * room, 3))
             candidates = PointContacts(count, entries, weights)
-            points_above(
-                guess,
-                sheet.faces,
-                self.fixed,
-                contact.ahead,
-                planes,
-                planes.stiffness > 0,
-                surface.mesh(contact.now),
-                contact.now.grid(surface.reach),
-                self.distance + POINT_MARGIN,
-                MAX_POINT_DEPTH,
-                surface.reach,
-                TRIANGLE_CHUNK,
-                room,
-                slid,
-                far,
-                candidates,
-            )
+            points_above(cloth, contact.ahead, contact.planes, skin, grid, slack, slid, candidates)
             if count.max(initial=0) <= room:
-                return candidates, room
+                return candidates
             self._room = int(1.5 * count.max())

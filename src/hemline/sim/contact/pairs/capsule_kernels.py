@@ -10,6 +10,25 @@ from hemline.sim.contact.body.touch_kernels import closest_on_triangle
 
 from .pair_search_kernels import closest_on_edges
 
+SEARCH_RADII = 2.0
+"""Distance from the axis within which triangles are searched for, in radii."""
+
+
+class MovingCapsules(NamedTuple):
+    """Capsules in a step.
+
+    Attributes:
+        then: Ends of the axes at the start of the step [m].
+        now: Ends of the axes at the end of the step [m].
+        radius: Radii at both ends [m].
+        limb: Limb of the body that contains each capsule.
+    """
+
+    then: Float[np.ndarray, "capsules 2 3"]
+    now: Float[np.ndarray, "capsules 2 3"]
+    radius: Float[np.ndarray, "capsules 2"]
+    limb: Int[np.ndarray, " capsules"]
+
 
 class CapsulePairs(NamedTuple):
     """Triangles that capsules hold off.
@@ -31,7 +50,11 @@ class CapsulePairs(NamedTuple):
 
 @kernel
 def segment_hits_triangle(p, q, a, b, c):
-    """Returns whether the segment p q goes through the triangle a b c."""
+    """Tells whether a segment goes through a triangle.
+
+    Reads: p, q (3,): ends of the segment [m]; a, b, c (3,): corners of the triangle [m].
+    Returns: Whether it does.
+    """
     u0, u1, u2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     v0, v1, v2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     n0, n1, n2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
@@ -47,9 +70,10 @@ def segment_hits_triangle(p, q, a, b, c):
 
 @kernel
 def nearest_on_triangle(p, q, a, b, c):
-    """Finds the nearest points of the segment p q and the triangle a b c, which must not intersect.
+    """Finds the nearest points of a segment and a triangle, which must not intersect.
 
-    Returns: the position along the segment from 0 to 1, the weights of b and c, the squared distance.
+    Reads: p, q (3,): ends of the segment [m]; a, b, c (3,): corners of the triangle [m].
+    Returns: The position along the segment from 0 to 1, the weights of b and c, the squared distance [m^2].
     """
     at = 0.0
     v, w, least = closest_on_triangle(p[0], p[1], p[2], a, b, c)
@@ -70,29 +94,37 @@ def nearest_on_triangle(p, q, a, b, c):
 
 @kernel
 def _distance(a, b):
-    """Returns the distance of two points."""
+    """Computes the distance of two points.
+
+    Reads: a, b (3,) [m].
+    Returns: The distance [m].
+    """
     return ((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2) ** 0.5
 
 
 @kernel
 def _off_axis(x, a, d, square):
-    """Returns the distance of a point from the segment from a along d."""
+    """Computes the distance of a point from a segment.
+
+    Reads: x (3,) [m]; a (3,), d (3,): start of the segment, and from there to its end [m]; square: d . d [m^2].
+    Returns: The distance [m].
+    """
     r0, r1, r2 = x[0] - a[0], x[1] - a[1], x[2] - a[2]
     t = min(max((r0 * d[0] + r1 * d[1] + r2 * d[2]) / square, 0.0), 1.0)
     return ((r0 - t * d[0]) ** 2 + (r1 - t * d[1]) ** 2 + (r2 - t * d[2]) ** 2) ** 0.5
 
 
 @kernel
-def near_capsules(x, faces, limb_of_face, then, now, radius, limb, search_radii, out: CapsulePairs):
+def near_capsules(x, faces, limb_of_face, capsules: MovingCapsules, out: CapsulePairs):
     """Finds triangles close to the axis of a capsule in their own limb, and the normals that keep them off. Close means
-    within `search_radii` times the capsule's radius.
+    within `SEARCH_RADII` times the capsule's radius.
 
-    Reads: x (verts, 3): the cloth at the start of the step; limb_of_face (faces,): -1 without contact; then, now
-        (capsules, 2, 3): ends of the axes at the start and the end of the step; radius (capsules, 2): at the ends; limb
-        (capsules,).
+    Reads: x (verts, 3): the cloth at the start of the step [m]; faces (faces, 3); limb_of_face (faces,): -1 without
+        contact; capsules.
     Writes: out: as many as there is room for.
     Returns: The number of triangles.
     """
+    then, now, radius, limb = capsules
     corners_out, weights_out, normal_out, point_out, radius_out = out
     room, count = corners_out.shape[0], 0
     for k in range(then.shape[0]):
@@ -107,7 +139,7 @@ def near_capsules(x, faces, limb_of_face, then, now, radius, limb, search_radii,
             over * (d[0] * e[1] - d[1] * e[0]),
         )
         cosine = over * (d[0] * e[0] + d[1] * e[1] + d[2] * e[2])
-        widest = search_radii * max(radius[k, 0], radius[k, 1])
+        widest = SEARCH_RADII * max(radius[k, 0], radius[k, 1])
         for f in range(faces.shape[0]):
             if limb_of_face[f] != limb[k]:
                 continue
@@ -118,7 +150,7 @@ def near_capsules(x, faces, limb_of_face, then, now, radius, limb, search_radii,
             t, v, w, distance = nearest_on_triangle(p, q, a, b, c)
             distance = distance**0.5
             thick = (1.0 - t) * radius[k, 0] + t * radius[k, 1]
-            if distance > search_radii * thick or distance < 1e-9:
+            if distance > SEARCH_RADII * thick or distance < 1e-9:
                 continue
             if count < room:
                 for corner in range(4):
@@ -140,4 +172,4 @@ def near_capsules(x, faces, limb_of_face, then, now, radius, limb, search_radii,
     return count
 
 
-__all__ = ["CapsulePairs", "near_capsules", "nearest_on_triangle", "segment_hits_triangle"]
+__all__ = ["CapsulePairs", "MovingCapsules", "near_capsules", "nearest_on_triangle", "segment_hits_triangle"]

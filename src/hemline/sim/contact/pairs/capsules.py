@@ -14,7 +14,7 @@ from jaxtyping import Float, Int, UInt
 from hemline.collide import limbs
 from hemline.motions.motion import JOINT_NAMES
 
-from .capsule_kernels import CapsulePairs, near_capsules
+from .capsule_kernels import CapsulePairs, MovingCapsules, near_capsules
 from .pair_kernels import PairRows
 
 if TYPE_CHECKING:
@@ -31,9 +31,6 @@ BONES = np.array(
 
 RADIUS_RATIO = 0.75
 """Maximum radius of a capsule, as a fraction of the distance from the bone to the skin of the body at rest."""
-
-SEARCH_RADII = 2.0
-"""Distance from the axis within which triangles are searched for, in radii."""
 
 CAPSULE_STIFFNESS = 16.0
 """Stiffness of a capsule for a triangle over that of the skin for a vertex; the load grows from the radius to the axis.
@@ -80,11 +77,11 @@ class Capsules:
             stiffness: Stiffness of each vertex in contact with the skin [N/m].
         """
         ends = [np.ascontiguousarray(joints[BONES], np.float64) for joints in (then, now)]
-        room = 256
+        capsules, room = MovingCapsules(*ends, self.radius, self.limb), 256
         while True:
             shapes = (room, 4), (room, 3), (room, 3), room
             pairs = CapsulePairs(np.empty((room, 4), np.uint32), *(np.empty(shape) for shape in shapes))
-            count = near_capsules(start, faces, limb_of_face, *ends, self.radius, self.limb, SEARCH_RADII, pairs)
+            count = near_capsules(start, faces, limb_of_face, capsules, pairs)
             if count <= room:
                 break
             room = count

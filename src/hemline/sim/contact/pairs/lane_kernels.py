@@ -45,12 +45,12 @@ class Lanes(NamedTuple):
 def fill_lanes(frames, motion, origin, out: Lanes):
     """Writes the bounds of elements into blocks.
 
-    Reads: frames (elements, 11): from `element_bounds`; motion (patches, 4); origin (3,): reference of the centres;
-        out.starts, out.elements.
+    Reads: frames (elements, 11): from `element_bounds`; motion (patches, 4): of `PatchBounds` [m]; origin (3,):
+        reference of the centres [m]; out.starts, out.elements.
     Writes: out.blocks. The reach of an element is its radius plus the distance by which a corner may leave the mean
         motion of the patch. An empty lane is infinitely far away.
     """
-    starts, elements, blocks_out = out
+    starts, elements, blocks_out = out.starts, out.elements, out.blocks
     for p in prange(starts.shape[0] - 1):
         for block in range(starts[p], starts[p + 1]):
             lanes = blocks_out[block]
@@ -71,12 +71,16 @@ def fill_lanes(frames, motion, origin, out: Lanes):
 
 
 @intrinsic
-def near_lanes(typing, blocks, block, x, y, z, reach, a, b, c, cosine):
-    """Tests which elements of a block may come near another element; bit i of the result is lane i.
+def near_lanes(typing, blocks, block, centre, reach, normal, cosine):
+    """Tests which elements of a block may come near another element.
 
-    These are elements whose sphere touches the one about (x, y, z), and whose normal has less than the given cosine
-    with (a, b, c). The code uses the compiler's vectors directly because its own vectoriser unrolls so short a loop
-    instead; this halves the time.
+    These are elements whose sphere touches the one about the centre, and whose normal has less than the given cosine
+    with that of the other element. The code uses the compiler's vectors directly because its own vectoriser unrolls so
+    short a loop instead; this halves the time.
+
+    Reads: blocks (blocks, ROWS, LANES): of `Lanes`; block: number of the block; centre: three coordinates, float32 [m];
+        reach: radius of the sphere, float32 [m]; normal: three coordinates, float32; cosine: float32.
+    Returns: int32, bit i of which says that lane i may come near.
     """
 
     def generate(context, builder, signature, arguments):
@@ -99,16 +103,20 @@ def near_lanes(typing, blocks, block, x, y, z, reach, a, b, c, cosine):
                 total = builder.fadd(total, builder.fmul(one, two, flags=("contract",)), flags=("contract",))
             return total
 
-        *centre, reaches, p, q, r, most = (broadcast(value) for value in arguments[2:])
+        centre, normal = (
+            [broadcast(builder.extract_value(arguments[place], axis)) for axis in range(3)] for place in (2, 4)
+        )
+        reaches, most = broadcast(arguments[3]), broadcast(arguments[5])
         offset = [builder.fsub(row(axis), value) for axis, value in enumerate(centre)]
         reaches = builder.fadd(row(3), reaches)
         near = builder.fcmp_ordered("<=", dot(offset, offset), builder.fmul(reaches, reaches))
-        turned = builder.fcmp_ordered("<", dot([row(4), row(5), row(6)], [p, q, r]), most)
+        turned = builder.fcmp_ordered("<", dot([row(4), row(5), row(6)], normal), most)
         return builder.zext(builder.bitcast(builder.and_(near, turned), _INT8), _INT32)
 
     if not (isinstance(blocks, types.Array) and blocks.ndim == 3 and blocks.layout == "C"):
         return None
-    return types.int32(blocks, types.intp, *[types.float32] * 8), generate
+    three = types.UniTuple(types.float32, 3)
+    return types.int32(blocks, types.intp, three, types.float32, three, types.float32), generate
 
 
 __all__ = ["LANES", "NOBODY", "ROWS", "SURELY", "Lanes", "fill_lanes", "near_lanes"]

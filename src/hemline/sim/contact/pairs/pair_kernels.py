@@ -57,7 +57,11 @@ class PairRows(NamedTuple):
 
 @kernel(inline="always")
 def _along(x, corner, weight, axis):
-    """Returns one coordinate of r = sum w x."""
+    """Computes one coordinate of r = sum w x.
+
+    Reads: x (verts, 3) [m]; corner, weight (4,): vertices of a pair, and their weights; axis.
+    Returns: The coordinate [m].
+    """
     return (
         weight[0] * x[corner[0], axis]
         + weight[1] * x[corner[1], axis]
@@ -73,8 +77,8 @@ def pair_geometry(x, start, corners, before, weights_out, normal_out, distance_o
     A normal that turned by more than 90 degrees means that the pair went through itself. Within both elements the old
     side is kept, at their rims the old normal.
 
-    Reads: start (verts, 3): positions at the start of the step; corners (pairs, 5): four vertices, 1 for edges; before
-        (pairs, 3): the normal until now, 0 for none.
+    Reads: x, start (verts, 3): positions, and those at the start of the step [m]; corners (pairs, 5): four vertices, 1
+        for edges; before (pairs, 3): the normal until now, 0 for none.
     Writes: weights_out (pairs, 4); normal_out (pairs, 3); distance_out (pairs,): along the normal, negative on the
         wrong side; carried_out (pairs, 3): the vector between the same points at the start.
     """
@@ -113,7 +117,7 @@ def pair_geometry(x, start, corners, before, weights_out, normal_out, distance_o
 def near_rows(distance, margin, pairs: PairRows, out: PairRows):
     """Selects the pairs that are closer than their thickness and a margin.
 
-    Reads: distance (pairs,), margin [m]; pairs, whose reach is their thickness.
+    Reads: distance (pairs,) [m]; margin [m]; pairs, whose reach is their thickness.
     Writes: out: all but the reach, with room for all pairs.
     Returns: The number of pairs.
     """
@@ -135,7 +139,7 @@ def near_rows(distance, margin, pairs: PairRows, out: PairRows):
 def pair_forces(x, pairs: PairRows, creep, force_out, energy_out):
     """Computes the gradient of each pair over r, and the energy by chunk.
 
-    Reads: creep: slip below which friction is smoothed [m].
+    Reads: x (verts, 3) [m]; pairs; creep: slip below which friction is smoothed [m].
     Writes: force_out (pairs, 3) [N]; energy_out (chunks,) [J].
     """
     corners, weights, normal, reach, carried, thickness, stiffness, limit = pairs
@@ -162,7 +166,11 @@ def pair_forces(x, pairs: PairRows, creep, force_out, energy_out):
 
 @kernel(inline="always")
 def _slip(x, carried, corner, weight, n0, n1, n2):
-    """Returns the slip of a pair across its normal."""
+    """Computes the slip of a pair across its normal.
+
+    Reads: x (verts, 3) [m]; carried (3,): r without slip [m]; corner, weight (4,): see `_along`; n0, n1, n2: normal.
+    Returns: The three coordinates of the slip [m].
+    """
     u0 = _along(x, corner, weight, 0) - carried[0]
     u1 = _along(x, corner, weight, 1) - carried[1]
     u2 = _along(x, corner, weight, 2) - carried[2]
@@ -174,6 +182,7 @@ def _slip(x, carried, corner, weight, n0, n1, n2):
 def pair_blocks(x, pairs: PairRows, creep, block_out):
     """Computes the symmetric 3 x 3 block of each pair over r.
 
+    Reads: x (verts, 3) [m]; pairs; creep: slip below which friction is smoothed [m].
     Writes: block_out: flat, nine numbers per pair [N/m].
     """
     corners, weights, normal, reach, carried, thickness, stiffness, limit = pairs
@@ -199,7 +208,7 @@ def pair_blocks(x, pairs: PairRows, creep, block_out):
 def pairs_at_vertices(corners, weights, at: Rows, force, gradient_out):
     """Adds the gradients of pairs at their vertices.
 
-    Reads: at: pairs of each vertex, 4 pair + corner; force (pairs, 3) [N].
+    Reads: corners, weights (pairs, 4); at: pairs of each vertex, 4 pair + corner; force (pairs, 3) [N].
     Writes: gradient_out (verts, 3): increased [N].
     """
     starts, entries = at
@@ -219,7 +228,11 @@ def pairs_at_vertices(corners, weights, at: Rows, force, gradient_out):
 
 @kernel(inline="always")
 def _add_block(weight, block, out):
-    """Adds a block times the square of a weight to a symmetric block of six numbers."""
+    """Adds a block times the square of a weight to a symmetric block of six numbers.
+
+    Reads: weight; block (9,): by columns [N/m].
+    Writes: out (6,): xx, xy, xz, yy, yz, zz, increased [N/m].
+    """
     square = weight * weight
     out[0] += square * block[0]
     out[1] += square * block[1]
@@ -233,7 +246,7 @@ def _add_block(weight, block, out):
 def pair_diagonal(corners, weights, at: Rows, block, diagonal_out):
     """Sums the contributions of pairs to the diagonal block of each vertex: xx, xy, xz, yy, yz, zz.
 
-    Reads: at: pairs of each vertex, 4 pair + corner; block: from `pair_blocks`.
+    Reads: corners, weights (pairs, 4); at: pairs of each vertex, 4 pair + corner; block: from `pair_blocks` [N/m].
     Writes: diagonal_out (verts, 6) [N/m].
     """
     starts, entries = at
@@ -255,6 +268,7 @@ def pair_diagonal(corners, weights, at: Rows, block, diagonal_out):
 def incidence_of_pairs(corners, starts_out, entries_out):
     """Sorts pairs by vertex: vertex i has entries[starts[i]:starts[i + 1]], each 4 pair + corner.
 
+    Reads: corners (pairs, 4).
     Writes: starts_out (verts + 2,); entries_out (4 pairs,).
     """
     count = starts_out.shape[0] - 2

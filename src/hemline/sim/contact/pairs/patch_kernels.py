@@ -59,12 +59,12 @@ class GroupBounds(NamedTuple):
 def element_bounds(x, moved, faces, edges, at: Rows, out: ElementBounds):
     """Computes centre, radius, normal and motion of each triangle, edge and vertex.
 
-    Reads: x, moved (verts, 3) float64: positions, and motion within the step; at: corners of each vertex, 3 face +
-        corner.
+    Reads: x, moved (verts, 3) float64: positions, and motion within the step [m]; faces (faces, 3); edges (edges, 2);
+        at: corners of each vertex, 3 face + corner.
     Writes: out.
     """
     corner_starts, corners = at
-    face_out, edge_out, vertex_out = out
+    face_out, edge_out, vertex_out = out.faces, out.edges, out.vertices
     for f in prange(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         radius = spread = 0.0
@@ -108,13 +108,14 @@ def element_bounds(x, moved, faces, edges, at: Rows, out: ElementBounds):
 def patch_bounds(x, moved, faces, edges, face_frames, rows: PatchRows, out: PatchBounds):
     """Computes box, motion and cone of normals of each patch.
 
-    Reads: x, moved: see `element_bounds`; face_frames (faces, 11): from `element_bounds`.
+    Reads: x, moved, faces, edges: see `element_bounds`; face_frames (faces, 11): from `element_bounds`; rows: the
+        elements of each patch.
     Writes: out.
     """
     vertex_starts, vertices = rows.vertices
     edge_starts, patch_edges = rows.edges
     face_starts, patch_faces = rows.faces
-    box_out, motion_out, cone_out = out
+    box_out, motion_out, cone_out = out.box, out.motion, out.cone
     for p in prange(vertex_starts.shape[0] - 1):
         box, motion, cone = box_out[p], motion_out[p], cone_out[p]
         box[0:3], box[3:6] = 1e30, -1e30
@@ -161,13 +162,21 @@ def patch_bounds(x, moved, faces, edges, face_frames, rows: PatchRows, out: Patc
 
 @kernel(inline="always")
 def _differs(moved, i, motion):
-    """Returns the squared difference of a motion from a mean motion."""
+    """Computes the squared difference of a motion from a mean motion.
+
+    Reads: moved (elements, 3) [m]; i: the element; motion (3,): the mean [m].
+    Returns: The square [m^2].
+    """
     return (moved[i, 0] - motion[0]) ** 2 + (moved[i, 1] - motion[1]) ** 2 + (moved[i, 2] - motion[2]) ** 2
 
 
 @kernel
 def group_bounds(bounds: PatchBounds, size, out: GroupBounds):
-    """Computes box and motion of groups of `size` consecutive patches."""
+    """Computes box and motion of groups of `size` consecutive patches.
+
+    Reads: bounds; size.
+    Writes: out.
+    """
     box, motion = bounds.box, bounds.motion
     box_out, motion_out = out
     for group in range(box_out.shape[0]):
@@ -185,7 +194,11 @@ def group_bounds(bounds: PatchBounds, size, out: GroupBounds):
 
 @kernel(inline="always")
 def _pass(box, motion, p, q, margin):
-    """Returns whether two boxes stay farther apart than a margin while they move."""
+    """Compares two boxes in motion.
+
+    Reads: box (boxes, 6), motion (boxes, 4): of `PatchBounds` or `GroupBounds` [m]; p, q: the boxes; margin [m].
+    Returns: Whether they stay farther apart than the margin.
+    """
     slack = margin + motion[p, 3] + motion[q, 3]
     for c in range(3):
         relative = motion[p, c] - motion[q, c]
@@ -200,7 +213,8 @@ def _pass(box, motion, p, q, margin):
 def patch_pairs(bounds: PatchBounds, groups: GroupBounds, size, joined, margin, capacity, count_out, pairs_out):
     """Finds for each patch the patches, itself or later ones, that it could touch within the step.
 
-    Reads: groups, size: groups of patches and their size; capacity: results per patch in pairs_out.
+    Reads: bounds; groups, size: groups of patches and their size; joined (patches, patches): see `ClothMesh`; margin
+        [m]; capacity: results per patch in pairs_out.
     Writes: count_out (patches,): number of results, possibly more than there is room for; pairs_out (patches,
         capacity).
     """

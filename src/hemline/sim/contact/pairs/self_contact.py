@@ -10,9 +10,7 @@ import numpy as np
 from jaxtyping import Float, UInt
 
 from .pair_kernels import PairRows, near_rows, pair_geometry
-
-SEARCH_MARGIN = 0.001
-"""Distance beyond thickness and motion within which pairs are searched for [m]."""
+from .pair_search_kernels import SEARCH_MARGIN
 
 
 class SelfContact:

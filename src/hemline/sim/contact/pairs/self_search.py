@@ -1,5 +1,6 @@
 """Search for self-contact of a sheet within a step, and for self-crossings at its start."""
 
+import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -10,7 +11,15 @@ from hemline.sim.cloth.sheet import Sheet
 from .contour_kernels import contour_directions
 from .lane_kernels import fill_lanes
 from .pair_kernels import PairRows
-from .pair_search_kernels import ClothMesh, Elements, near_pairs, piercing_edges
+from .pair_search_kernels import (
+    PATCH_PAIR_CHUNK,
+    SEARCH_MARGIN,
+    ClothMesh,
+    Elements,
+    SearchedCloth,
+    near_pairs,
+    piercing_edges,
+)
 from .patch_kernels import (
     ElementBounds,
     GroupBounds,
@@ -22,16 +31,13 @@ from .patch_kernels import (
     patch_pairs,
 )
 from .patches import lanes_of, make_patches
-from .self_contact import SEARCH_MARGIN, SelfContact
+from .self_contact import SelfContact
 
 UNTANGLE_DISTANCE = 0.003
 """Approximate distance by which a crossing is pulled apart in a step [m]."""
 
 PATCHES_PER_GROUP = 8
 """Patches in a group; groups are compared first."""
-
-PATCH_PAIR_CHUNK = 64
-"""Patch pairs per chunk of the search: fixed, so that the order of results does not depend on the threads."""
 
 
 class SelfSearch:
@@ -66,37 +72,18 @@ class SelfSearch:
         """Returns the pairs that may touch between the start and the guess, and the edges that cross the cloth at the
         start.
         """
-        sheet, mesh, frames, bounds, elements = (
-            self.sheet,
-            self._mesh,
-            self._element_bounds,
-            self._patch_bounds,
-            self._elements,
-        )
+        sheet, frames, bounds, elements = self.sheet, self._element_bounds, self._patch_bounds, self._elements
         moved = guess - start
         element_bounds(start, moved, sheet.faces, self._edges, sheet.corners, frames)
         patch_bounds(start, moved, sheet.faces, self._edges, frames.faces, self._rows, bounds)
         for of, lanes in zip((frames.vertices, frames.edges, frames.faces), elements, strict=True):
             fill_lanes(of, bounds.motion, start[0], lanes)
-        pairs = self._patch_pairs()
+        cloth, mesh = SearchedCloth(start, moved, frames, bounds, elements), self._mesh
+        pairs, slack = self._patch_pairs(), self.thickest + SEARCH_MARGIN
         met = np.empty(len(pairs), bool)
-        near_inputs = (
-            start,
-            moved,
-            mesh,
-            frames,
-            bounds,
-            elements,
-            pairs,
-            self.thickest,
-            SEARCH_MARGIN,
-            PATCH_PAIR_CHUNK,
-        )
-        corners = self._collect("near", 5, len(pairs), lambda room, *out: near_pairs(*near_inputs, room, met, *out))
-        piercing_inputs = (start, mesh, frames, bounds, elements, pairs[met], PATCH_PAIR_CHUNK)
-        crossed = self._collect(
-            "piercing", 2, int(met.sum()), lambda room, *out: piercing_edges(*piercing_inputs, room, *out)
-        )
+        corners = self._collect("near", 5, len(pairs), functools.partial(near_pairs, cloth, mesh, pairs, slack, met))
+        crossing = pairs[met]
+        crossed = self._collect("piercing", 2, len(crossing), functools.partial(piercing_edges, cloth, mesh, crossing))
         if len(crossed):
             corners = self._without_crossings(crossed, corners)
         return SelfContact(
@@ -137,7 +124,7 @@ class SelfSearch:
         while True:
             room = self._room[name]
             out = np.empty((len(count) * room, columns), np.uint32)
-            search(room, count, out)
+            search(count, out)
             if count.max(initial=0) <= room:
                 return out.reshape(len(count), room, columns)[np.arange(room) < count[:, None]]
             self._room[name] = int(1.5 * count.max())

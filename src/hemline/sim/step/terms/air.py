@@ -29,9 +29,9 @@ def air_term(model: ClothModel, workspace: Workspace, state: ClothState, h: floa
         force[:], matrix[:] = 0, 0
         return Air(state.positions, force, matrix)
     wind, half = model.wind(state.time, state.positions), 0.5 * model.settings.air_density
-    x, velocities, by_triangle = state.positions, state.velocities, workspace.air_by_triangle
-    air_by_triangle(x, velocities, wind, sheet.faces, sheet.drag, sheet.lift, half, *by_triangle)
-    air_at_vertices(sheet.corners, *by_triangle, velocities, 1 / h, force, matrix)
+    x, velocities, triangles = state.positions, state.velocities, workspace.air_by_triangle
+    air_by_triangle(x, velocities, wind, sheet.faces, sheet.drag, sheet.lift, half, triangles)
+    air_at_vertices(sheet.corners, triangles, velocities, 1 / h, force, matrix)
     return Air(x, force, matrix)
 
 

@@ -42,7 +42,7 @@ class Membrane:
         [N].
         """
         work = self.workspace
-        membrane(x, tuple(self.model.fabric), work.strain_start, self.over_h, self.cap, tuple(work.stretch))
+        membrane(x, tuple(self.model.fabric), work.strain_start, self.over_h, self.cap, work.stretch)
         return work.stretch.energy.sum()
 
     def blocks(self, ring_bending: Float[np.ndarray, " ring"], out: Float[np.ndarray, " entries9"]) -> None:
