@@ -13,15 +13,17 @@ from hemline.errors import BadCluster, BadInput, HemlineError, HemlineWarning, S
 from .usage_error import usage_error
 
 VERBS = {
+    "make": "make a model of any garment mesh: try on, choose a method by measurement, fit, check, report",
     "body": "convert a rigged character (GLB, VRM) or an SMPL file to a body that wears garments",
     "generate": "make a top, dress, skirt, trousers or jumpsuit from its measures",
-    "tryon": "fit a garment made for another body onto this one, or report why it cannot be worn",
+    "tryon": "put a garment made for another body onto this one, or report why it cannot be worn",
     "simulate": "simulate a garment on motion clips into a dataset of takes",
     "drape": "settle a garment at rest on bodies of many shapes into a dataset",
     "fit": "train an animator on a dataset into one model file",
     "animate": "play a model on a motion into a file for Blender, Unity or the web",
     "export": "write one simulated take in any format that animate knows",
     "character": "write a dressed body as VRM, whose garment the engine simulates",
+    "explain": "say in five lines what was understood of a clip or a garment, and draw it",
     "evaluate": "measure a model on a motion: milliseconds, millimetres, vertices inside the body",
     "view": "play models live on a local page, with other bodies, wind, dragging and colours",
     "page": "write models to a page that needs no server: one .html file, or a folder for a web host",

@@ -15,6 +15,9 @@ from .store import read_stored
 from .subjects import cmu_number
 from .terms import CMU_TERMS
 
+HAS_SKELETON = (".bvh", *ENDINGS)
+"""Endings of clips that come with a skeleton of their own."""
+
 _CURES = {
     ".pkl": "pickles can run code and are not read: save its arrays with numpy.savez, and name the .npz",
     ".pt": "pickles can run code and are not read: save its arrays with numpy.savez, and name the .npz",

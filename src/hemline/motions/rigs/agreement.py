@@ -27,13 +27,14 @@ _LINES = {
     for bone, line in {
         "thigh": (f"{side}_hip", -UP, f"{side}_hip", f"{side}_knee"),
         "shank": (f"{side}_knee", -UP, f"{side}_knee", f"{side}_ankle"),
-        "foot": (f"{side}_ankle", FORWARD, f"{side}_ankle", f"{side}_foot"),
         "upper arm": (f"{side}_shoulder", OUT[side], f"{side}_shoulder", f"{side}_elbow"),
         "forearm": (f"{side}_elbow", OUT[side], f"{side}_elbow", f"{side}_wrist"),
     }.items()
 }
 """Each bone: the joint that turns it, its direction in our T-pose, and the joints of the rig at its ends."""
-_FREE_DEG = {"the left foot": 35.0, "the right foot": 35.0, "the neck": 25.0, "the trunk": 15.0, "the shoulders": 15.0}
+_FOOT_FREE_DEG = 35.0
+"""Angle by which a foot slopes down from ankle to ball, and somewhat more [deg]."""
+_FREE_DEG = {"the neck": 25.0, "the trunk": 15.0, "the shoulders": 15.0}
 """Angles by which these stand off those directions in a T-pose."""
 
 
@@ -49,6 +50,11 @@ def bone_errors(rig: Rig, turn: Quaternion, turned: Float[np.ndarray, "frames 24
     places.setdefault("neck", places["head"])
     middle = 0.5 * (rig.path("left_hip") + rig.path("right_hip"))
     errors = {}
+    for side in OUT:
+        if (sole := rig.sole(side)) is not None:
+            theirs = rotate(turn, rotate(rig.rotations[:, places[f"{side}_ankle"]], sole))
+            ours = rotate(turned[:, JOINT_NAMES.index(f"{side}_ankle")], FORWARD)
+            errors[f"the {side} foot"] = max(_apart_deg(theirs, ours) - _FOOT_FREE_DEG, 0.0)
     for bone, (joint, direction, start, end) in _LINES.items():
         if start not in places or end not in places or places[start] == places[end]:
             continue
@@ -58,10 +64,15 @@ def bone_errors(rig: Rig, turn: Quaternion, turned: Float[np.ndarray, "frames 24
         if lengths.min() < 1e-3 * rig.leg_length():
             continue
         ours = rotate(turned[:, JOINT_NAMES.index(joint)], direction)
-        cosines = np.sum(theirs * ours, axis=1) / lengths
-        off = np.degrees(np.arccos(np.clip(cosines, -1, 1))).mean()
-        errors[bone] = float(max(off - _FREE_DEG.get(bone, 0.0), 0.0))
+        errors[bone] = max(_apart_deg(theirs, ours) - _FREE_DEG.get(bone, 0.0), 0.0)
     return errors
+
+
+def _apart_deg(first: Float[np.ndarray, "frames 3"], second: Float[np.ndarray, "frames 3"]) -> float:
+    """Returns the mean angle between vectors [deg]."""
+    lengths = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+    cosines = np.sum(first * second, axis=1) / np.maximum(lengths, 1e-12)
+    return float(np.degrees(np.arccos(np.clip(cosines, -1, 1))).mean())
 
 
 def worst_bones(errors: Mapping[str, float], limit: float) -> str:

@@ -181,9 +181,9 @@ def _foot(
     """
     ankle = rig.index(f"{side}_ankle")
     names = [rig.index(name) for name in (f"{side}_ankle", f"{side}_foot") if name in rig.match.joints]
-    sole = _sole(rig, side)
+    sole = rig.sole(side)
     shank = multiply(rig.rotations[:, rig.index(f"{side}_knee")], knee)
-    if sole is None or np.linalg.norm(sole) == 0:
+    if sole is None:
         seen = mean_rotation(multiply(inverse(rig.rotations[:, ankle]), shank))
         near = standing is not None and apart_deg(standing, seen) < _TWIST_DEG
         return dict.fromkeys(names, standing if near and standing is not None else seen)
@@ -206,15 +206,6 @@ def _foot(
     return turns
 
 
-def _sole(rig: Rig, side: str) -> Vector | None:
-    """Returns the vector from an ankle to the ball of the foot, or to the tip of toes that begin beneath the ankle."""
-    ankle = rig.index(f"{side}_ankle")
-    sole, toes = rig.tip(ankle), rig.match.joints.get(f"{side}_foot")
-    if sole is None or toes is None or (tip := rig.tip(toes)) is None:
-        return sole
-    return sole + tip if np.linalg.norm(sole) < 0.5 * np.linalg.norm(tip) else sole
-
-
 def _slope_deg(sole: Vector) -> float | None:
     """Returns how far a foot that points forward slopes down; None if it points elsewhere."""
     if sole[2] <= 0.5 * np.linalg.norm(sole):
@@ -233,8 +224,8 @@ def _floor_slope(rig: Rig, up: Vector) -> float | None:
     slopes, levels = [], []
     for side in OUT:
         ankle = rig.index(f"{side}_ankle")
-        sole = _sole(rig, side)
-        if sole is None or np.linalg.norm(sole) == 0:
+        sole = rig.sole(side)
+        if sole is None:
             return None
         vectors = rotate(rig.rotations[:, ankle], sole)
         heights = (rig.positions[:, ankle] + 0.5 * vectors) @ up

@@ -39,12 +39,18 @@ class Retargeted:
         rig: The rig in the same frames.
         turn: The rotation of its world to y up.
         scale: Size of its unit [m].
+        up: The axis that is up in it.
+        rest: A sentence about its zero pose; empty: a T-pose, or one that does not matter.
+        bone_errors: Mean angle between main bones of the result and of the source, by name [deg].
     """
 
     motion: Motion
     rig: Rig
     turn: Quaternion
     scale: float
+    up: str
+    rest: str
+    bone_errors: Mapping[str, float]
 
     def places(self, frame: int) -> Float[np.ndarray, "source_joints 3"]:
         """Returns the joints of the source in a frame, turned and scaled as the clip is [m]."""
@@ -119,14 +125,15 @@ def retarget_beside(
     turned = _global_rotations(rig, turn, axes)
     if trunk.standing is None and (late := _tpose_frames(_local(turned), bvh.fps)):
         start, turned, rig = late, turned[late:], rig.cut(slice(late, None))
-    bones_note = _compare_bones(rig, turn, turned, file)
+    errors, bones_note = _compare_bones(rig, turn, turned, file)
+    rest = _axes_note(trunk, upright, rests)
     collar_note = "" if resting else _move_collars_with_arms(turned)
     hips = np.mean([rig.path(hip) for hip in ("left_hip", "right_hip")], axis=0)
     notes = (
         *bvh.notes,
         *_match_note(match),
         unit_note,
-        _axes_note(trunk, upright, rests),
+        rest,
         upright.note,
         _say_doubt(upright),
         bones_note,
@@ -144,7 +151,7 @@ def retarget_beside(
         licence=licence,
         notes=tuple(note for note in notes if note),
     )
-    return Retargeted(motion, rig, turn, scale)
+    return Retargeted(motion, rig, turn, scale, upright.axis, rest, errors)
 
 
 def _scale(leg: float, unit: str | None, name: str, resting: bool) -> tuple[float, str]:
@@ -224,8 +231,10 @@ def _say_doubt(upright: Upright) -> str:
     return f"{upright.doubt[0]}, {upright.doubt[1]}"
 
 
-def _compare_bones(rig: Rig, turn: Quaternion, rotations: Float[np.ndarray, "frames 24 4"], name: str) -> str:
-    """Compares the bones of the result with those of the source, and returns a note.
+def _compare_bones(
+    rig: Rig, turn: Quaternion, rotations: Float[np.ndarray, "frames 24 4"], name: str
+) -> tuple[dict[str, float], str]:
+    """Returns the angles between the bones of the result and those of the source, and a note.
 
     Raises:
         BadMotion: They are far apart.
@@ -242,8 +251,8 @@ def _compare_bones(rig: Rig, turn: Quaternion, rotations: Float[np.ndarray, "fra
         raise BadMotion(f"the skeleton of {name} was not understood: bones would point elsewhere", got, cure)
     if off := worst_bones(errors, BONE_DEG):
         warnings.warn(HemlineWarning(f"bones of {name} point elsewhere than in the source", off, cure), stacklevel=3)
-        return f"bones that point elsewhere than in the source: {off}"
-    return ""
+        return errors, f"bones that point elsewhere than in the source: {off}"
+    return errors, ""
 
 
 def _local(turned: Float[np.ndarray, "frames 24 4"]) -> Float[np.ndarray, "frames 24 4"]:

@@ -67,12 +67,26 @@ class Rig:
 
     def tip(self, joint: int) -> Vector | None:
         """Returns the vector from a joint to its middle or index finger, first child but the thumb, or End Site."""
+        best = self._longest_finger(joint)
+        return self.ends.get(joint) if best is None else self.zero[best] - self.zero[joint]
+
+    def sole(self, side: str) -> Vector | None:
+        """Returns the vector from an ankle to the ball of the foot, or to the tip of toes that begin beneath the ankle.
+
+        It is that of the zero pose; None if the foot ends in the ankle.
+        """
+        ankle = self.match.joints[f"{side}_ankle"]
+        sole, toes = self.tip(ankle), self._longest_finger(ankle)
+        tip = None if toes is None else self.tip(toes)
+        if sole is not None and tip is not None and np.linalg.norm(sole) < 0.5 * np.linalg.norm(tip):
+            sole = sole + tip
+        return None if sole is None or not np.linalg.norm(sole) > 0 else sole
+
+    def _longest_finger(self, joint: int) -> int | None:
+        """Returns the middle or index finger of a hand, or the first child but the thumb."""
         names = {child: self.skeleton.names[child].lower() for child in self._children(joint)}
         fingers = [child for child in names if "thumb" not in names[child]]
-        if not fingers:
-            return self.ends.get(joint)
-        best = next(child for finger in ("mid", "index", "") for child in fingers if finger in names[child])
-        return self.zero[best] - self.zero[joint]
+        return next((child for finger in ("mid", "index", "") for child in fingers if finger in names[child]), None)
 
     def _children(self, joint: int) -> list[int]:
         return [child for child, parent in enumerate(self.skeleton.parents) if parent == joint]
