@@ -226,7 +226,7 @@ def test_files_that_are_none_are_refused(shaped, mesh, tmp_path):
         garments.read(path, shaped)
     for content, got in (
         (b"", "nothing in it"),
-        (b"\xff\xfe\x00\x81" * 99, "bytes that are no text"),
+        (b"\x81\xfe\x00\xff" * 99, "bytes that are no text"),
         (b"name shirt\nobj_file shirt.obj\n", "2 lines without a line 'verts'"),
     ):
         path.write_bytes(content)

@@ -16,7 +16,7 @@ from tests.promises.import_graph import files
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 ROWS = re.findall(r"^\| ([\w.-]+) \| ([^|]+) \|", (ROOT / "docs/dependencies.md").read_text(), re.MULTILINE)[1:]
-MODULES = {"libigl": "igl", "usd-core": "pxr", "pillow": "PIL"}
+MODULES = {"dracopy": "DracoPy", "libigl": "igl", "usd-core": "pxr", "pillow": "PIL"}
 """Names of modules that differ from those of their packages."""
 TOOLS = {"pytest", "pytest-xdist", "pyright", "ruff", "pre-commit", "mkdocs-material", "mkdocstrings-python"}
 """Run as programs; all but pytest are imported by nobody."""

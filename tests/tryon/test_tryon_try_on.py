@@ -11,11 +11,11 @@ from hemline.cli.main import main
 from hemline.errors import BadGarment
 from hemline.garments.clearance import smooth_field
 from hemline.garments.dressing import body_tree
+from hemline.garments.shoulders import rests_on_shoulders
 from hemline.meshes import ClosestTree
 from hemline.tryon import fitness, try_on
 from hemline.tryon.alignment import align, pose_from_angles
 from hemline.tryon.fitness import unwearable_reason
-from hemline.tryon.try_on import rests_on_shoulders
 
 
 def posed_with(garment, shaped, angles):

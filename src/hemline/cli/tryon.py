@@ -15,7 +15,8 @@ class TryonOptions:
     """Options of `hemline tryon`."""
 
     garment: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="GARMENT")]
-    """Garment to try on: a mesh, a TOML file that names one, a .mhclo file, or the name of a garment."""
+    """Garment to try on: a mesh, a TOML file that names one, a .mhclo file, or the name of a garment.
+    FILE.obj:Shirt is the part of a mesh with that name."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """Garment file to write (.safetensors). The verbs simulate and drape accept it."""
     picture: Path | None = None
@@ -29,6 +30,8 @@ class TryonOptions:
     scaled: bool = True
     """Scale the garment, by a factor of 0.67 to 1.49, if it was clearly made for a body of another size.
     With --no-scaled its size is kept."""
+    seconds: float = 90.0
+    """Processor time after which the search is given up [s]."""
 
 
 def run(options: TryonOptions) -> int:
@@ -38,6 +41,7 @@ def run(options: TryonOptions) -> int:
     from hemline.tryon import try_on
 
     check_paths((options.output, ".safetensors"), (options.picture, ".png"))
+    note(f"trying on {options.garment}")
     shaped = bodies.load(options.body).shaped(options.betas)
     with bars() as display:
         task = display.add_task("try on", total=None)
@@ -47,6 +51,7 @@ def run(options: TryonOptions) -> int:
             unit=options.unit,
             scaled=options.scaled,
             say=note,
+            seconds=options.seconds,
             progress=lambda done, total: display.update(task, completed=done, total=total),
         )
     note(garments.explain(tried.garment))

@@ -15,16 +15,19 @@ import numpy as np
 
 from hemline.errors import BadInput, HemlineError
 
+from . import fbx
 from .beside import beside
+from .gltf_compression import decompress, is_fallback
 from .reading import read_bytes
 
 ENDINGS = (".glb", ".vrm", ".gltf", ".vrma")
 """File endings of glTF files."""
+SCENES = (*ENDINGS, fbx.ENDING)
+"""Those, and the endings of files that are read by way of glTF."""
 
 AGAIN = "export it again, as GLB"
 _KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-_COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
 _BYTES_MAX = 2**31
 _DOCUMENT_MAX = 2**28
 _ROWS_MAX = 2_000_000
@@ -83,7 +86,7 @@ class Gltf:
             accessor: Number of the accessor.
 
         Raises:
-            BadInput: (as `error`) It points outside of its buffer, is compressed, has more than 2,000,000 rows, or has,
+            BadInput: (as `error`) It points outside of its buffer, has more than 2,000,000 rows, or has,
                 together with all accessors read before, more than `number_limit` numbers.
         """
         with self.readable():
@@ -160,17 +163,21 @@ class Gltf:
 
 
 def read_gltf(path: str | Path, *, error: type[BadInput]) -> Gltf:
-    """Reads a GLB, VRM or glTF file; for glTF also the buffers beside it.
+    """Reads a GLB, VRM or glTF file; for glTF also the buffers beside it. An FBX is converted first.
 
     Args:
         path: The file.
         error: Class of the exception.
 
     Raises:
-        BadInput: (as `error`) The file is missing, damaged, of another version, or compressed.
+        MissingExtra: The file is an FBX, and the library that reads it is not installed.
+        BadInput: (as `error`) The file is missing, damaged, of another version, or compressed by what is not installed.
     """
     path = Path(path)
-    content = read_bytes(path, _BYTES_MAX, error=error, cure="name a file that exists")
+    if path.suffix.lower() == fbx.ENDING:
+        content = fbx.fbx_as_glb(path, error=error)
+    else:
+        content = read_bytes(path, _BYTES_MAX, error=error, cure="name a file that exists")
     text, binary = _chunks(path, content, error) if content[:4] == b"glTF" else (content, None)
     if len(text) > _DOCUMENT_MAX:
         raise error(f"{path} has too large a document", f"{len(text)} bytes of text", AGAIN)
@@ -184,14 +191,10 @@ def read_gltf(path: str | Path, *, error: type[BadInput]) -> Gltf:
     version = str(document["asset"].get("version", ""))
     if version.split(".")[0] != "2":
         raise error(f"{path} must be glTF 2.0", f"version {version[:20] or 'none'}", AGAIN)
-    needed = document.get("extensionsRequired", [])
-    compressed = [name for name in _COMPRESSED if isinstance(needed, list) and name in needed]
-    if compressed:
-        cure = "export it without compression, or run: npx @gltf-transform/cli copy IN.glb OUT.glb"
-        raise error(f"{path} is compressed", compressed[0], cure)
     gltf = Gltf(path, document, (), error)
     with gltf.readable():
         buffers = tuple(_buffers(path, gltf.all("buffers"), binary, error))
+        document, buffers = decompress(path, document, buffers, error)
     return Gltf(path, document, buffers, error)
 
 
@@ -216,6 +219,9 @@ def _buffers(path: Path, buffers: list[dict], binary: bytes | None, error: type[
     room = _BYTES_MAX
     for entry in buffers:
         uri, length = entry.get("uri"), _index(entry["byteLength"])
+        if uri is None and is_fallback(entry):
+            yield b""
+            continue
         if uri is not None and uri.startswith("data:"):
             content = _of_base64(path, uri, error)
         else:

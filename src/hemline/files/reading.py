@@ -1,5 +1,6 @@
 """Reads files from other programs: only regular files, and only up to a size that their kind can have."""
 
+import codecs
 import os
 import stat
 from pathlib import Path
@@ -40,6 +41,8 @@ def read_bytes(path: str | Path, most: int, *, error: type[BadInput], cure: str)
 def read_text(path: str | Path, most: int, *, error: type[BadInput], cure: str, encoding: str, strict: bool) -> str:
     """Returns the text of a file, read by `read_bytes`, with line feeds as line ends.
 
+    A byte order mark at its beginning is dropped, and says where a file is in UTF-16 whatever `encoding` says.
+
     Args:
         path: The file.
         most: Largest size [bytes].
@@ -52,7 +55,10 @@ def read_text(path: str | Path, most: int, *, error: type[BadInput], cure: str, 
         error: See `read_bytes`.
         UnicodeDecodeError: Bytes are invalid in the encoding.
     """
-    text = read_bytes(path, most, error=error, cure=cure).decode(encoding, "strict" if strict else "replace")
+    content = read_bytes(path, most, error=error, cure=cure)
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encoding = "utf-16"
+    text = content.removeprefix(codecs.BOM_UTF8).decode(encoding, "strict" if strict else "replace")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 

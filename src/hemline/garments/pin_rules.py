@@ -10,12 +10,13 @@ import numpy as np
 
 from hemline.arrays import Faces, Int, Vertices
 from hemline.errors import BadGarment
-from hemline.meshes import boundary_loops
+from hemline.meshes import open_rims
 from hemline.motions.motion import JOINT_NAMES
 
 from .dressing import body_tree
 from .pins import Pins
 from .quote import quote
+from .upper_rim import upper_rim
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -134,8 +135,8 @@ def select_vertices(
     """Returns the vertices that a rule names, and a note where they were guessed.
 
     Args:
-        rule: Vertex ids; `top_rim`: the open rim that is highest on average; `boundary:N`: the N-th longest rim;
-            `above:H`: all vertices higher than H metres above the pelvis; `none`; None guesses `top_rim`.
+        rule: Vertex ids; `top_rim`: the open rim that reaches highest, see `upper_rim`; `boundary:N`: the N-th longest
+            rim; `above:H`: all vertices higher than H metres above the pelvis; `none`; None guesses `top_rim`.
         vertices: Positions [m].
         faces: Triangles.
         name: Name of the garment in error messages.
@@ -159,7 +160,7 @@ def select_vertices(
         return found, ()
     if kind not in ("top_rim", "boundary"):
         raise BadGarment(f"{name}: unknown rule for pins", quote(rule), _CURE)
-    loops = boundary_loops(faces)
+    loops = open_rims(faces)
     if kind == "boundary":
         number = _number(value, rule, name)
         if not 0 <= number < len(loops):
@@ -169,7 +170,7 @@ def select_vertices(
         return loops[int(number)], ()
     if not loops:
         raise BadGarment(f"{name}: pins cannot be guessed", "a closed mesh without a rim", "name 'pins' in its TOML")
-    highest = max(loops, key=lambda loop: vertices[loop, 1].mean())
+    highest = upper_rim(vertices, faces)
     guessed = f"pins: the highest of {len(loops)} open rims, {len(highest)} vertices"
     return highest, (guessed,) if rule is None else ()
 

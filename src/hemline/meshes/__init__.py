@@ -1,6 +1,7 @@
 """Geometry on plain arrays of vertices and triangles: one function, one file."""
 
 from .boundary_loops import boundary_loops as boundary_loops
+from .boundary_loops import open_rims as open_rims
 from .closest_points import ClosestPoints as ClosestPoints
 from .closest_points import ClosestTree as ClosestTree
 from .closest_points import closest_points_on_mesh as closest_points_on_mesh
@@ -22,8 +23,11 @@ from .normals import face_normals as face_normals
 from .normals import vertex_normals as vertex_normals
 from .reading.checks import check_mesh as check_mesh
 from .reading.checks import consistent_winding as consistent_winding
+from .reading.clean import clean as clean
+from .reading.clean import close_joints as close_joints
 from .reading.mesh import ReadMesh as ReadMesh
 from .reading.mesh import weld as weld
+from .reading.read_mesh import MESH_ENDINGS as MESH_ENDINGS
 from .reading.read_mesh import read_mesh as read_mesh
 from .reading.read_obj import read_obj as read_obj
 from .rigid_bones import RigidBones as RigidBones
@@ -37,6 +41,7 @@ from .shell import shell as shell
 from .subdivide import subdivide as subdivide
 
 __all__ = [
+    "MESH_ENDINGS",
     "ClosestPoints",
     "ClosestTree",
     "CoarseMesh",
@@ -46,6 +51,8 @@ __all__ = [
     "Shell",
     "boundary_loops",
     "check_mesh",
+    "clean",
+    "close_joints",
     "closest_points_on_mesh",
     "coarsen",
     "components",
@@ -59,6 +66,7 @@ __all__ = [
     "fit_convex_weights",
     "fit_weights",
     "geodesic_distances",
+    "open_rims",
     "project_to_simplex",
     "read_mesh",
     "read_obj",

@@ -7,6 +7,10 @@ from hemline.arrays import Faces, Int
 from .edges import directed_edges
 
 
+_SEAM_SHARE = 0.15
+"""Fraction of the vertices of a loop that lie inside another sheet if the loop is a seam."""
+
+
 def boundary_loops(faces: Faces) -> tuple[Int[np.ndarray, " loop"], ...]:
     """Returns the vertices of each open rim in order, the longest rim first.
 
@@ -30,6 +34,47 @@ def boundary_loops(faces: Faces) -> tuple[Int[np.ndarray, " loop"], ...]:
     while following:
         loops += _loops_from(next(iter(following)), following)
     return tuple(np.array(loop, np.int32) for loop in sorted(loops, key=lambda loop: (-len(loop), loop[0])))
+
+
+def open_rims(faces: Faces) -> tuple[Int[np.ndarray, " loop"], ...]:
+    """Returns the boundary loops that are no seams: those of a pocket, sewn on at single vertices, are left out.
+
+    A loop is a seam if at least two of its vertices, and 15 % of them, lie inside another sheet.
+
+    Args:
+        faces: Triangles.
+    """
+    loops = boundary_loops(faces)
+    if not loops:
+        return loops
+    inside = np.zeros(int(faces.max()) + 1, bool)
+    inside[_vertices_inside(faces)] = True
+    return tuple(loop for loop in loops if inside[loop].sum() < max(2, _SEAM_SHARE * len(loop)))
+
+
+def _vertices_inside(faces: Faces) -> np.ndarray:
+    """Returns the vertices that have a closed fan of triangles around them."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    count = len(faces)
+    directed = directed_edges(faces).astype(np.int64)
+    low, high = np.sort(directed, axis=1).T
+    order = np.lexsort((high, low))
+    same = (low[order][1:] == low[order][:-1]) & (high[order][1:] == high[order][:-1])
+    one, other = order[:-1][same], order[1:][same]
+    # corners are numbered as `directed_edges` numbers the edges that begin there
+    links = [[_corner_at(directed, row, vertex, count) for row in (one, other)] for vertex in (low[one], high[one])]
+    left, right = (np.concatenate(each) for each in zip(*links, strict=True))
+    graph = coo_matrix((np.ones(len(left), bool), (left, right)), (3 * count, 3 * count))
+    fan = connected_components(graph, directed=False)[1]
+    corners, joints = np.bincount(fan), np.bincount(fan[left], minlength=int(fan.max()) + 1)
+    return np.unique(directed[:, 0][(corners == joints)[fan]])
+
+
+def _corner_at(directed: np.ndarray, edge: np.ndarray, vertex: np.ndarray, count: int) -> np.ndarray:
+    """Returns the corner of a triangle at one end of an edge of it."""
+    return np.where(directed[edge, 0] == vertex, edge, (edge + count) % (3 * count))
 
 
 def _rim_edges(faces: Faces) -> np.ndarray:

@@ -55,6 +55,8 @@ class Alignment:
         through: Names of joints whose segments of the skeleton go through cloth; empty if the alignment is good.
         empty: Number of openings that no limb goes through.
         rims: Number of openings.
+        cost: Least cost that the search found, see `align`: below 2 where a garment goes around its body.
+        misfit: Least cost among the places and poses from which the search started.
     """
 
     vertices: Vertices
@@ -66,6 +68,21 @@ class Alignment:
     through: tuple[str, ...]
     empty: int
     rims: int
+    cost: float
+    misfit: float
+
+
+def misfit(vertices: Vertices, faces: Faces, shaped: "ShapedBody", up: str | None = None) -> float:
+    """Returns the least cost of a garment among the places and poses from which a search starts, see `align`.
+
+    Args:
+        vertices: Positions of the garment [m].
+        faces: Triangles.
+        shaped: The body.
+        up: The axis that points up, y or z; None: either.
+    """
+    points, faces = np.asarray(vertices, np.float64), np.ascontiguousarray(faces)
+    return min(_Search(to_y_up(points, axis), faces, shaped, SIZES).least for axis in ((up,) if up else AXES))
 
 
 def align(
@@ -217,6 +234,8 @@ class _Search:
             through,
             empty,
             len(self.rims),
+            self.cost(x, lift),
+            self.least,
         )
 
 
@@ -239,23 +258,34 @@ def pose_from_angles(shaped: "ShapedBody", angles: tuple[float, ...]) -> Pose:
         angles: Angles in this order: arms up, arms forward, elbows, legs apart [rad].
     """
     up, forward, bend, apart = angles
-    rest = shaped.rest_pose
-    before, rotations = rest.rotations.astype(np.float64), rest.rotations.astype(np.float64)
-    for side, sign in (("left", 1.0), ("right", -1.0)):
-        numbers = {each: JOINT_NAMES.index(f"{side}_{each}") for each in ("shoulder", "elbow", "wrist", "hip")}
-        shoulder, elbow, wrist = (shaped.joints[numbers[each]] for each in ("shoulder", "elbow", "wrist"))
-        hinge = np.cross(elbow - shoulder, wrist - elbow).astype(np.float64)
+    rest, rotations = shaped.rest_pose, shaped.rest_pose.rotations.astype(np.float64)
+    for sign, hinge, joints in _hinges(shaped):
         turns = {
             "shoulder": np.array([0, -sign * forward, sign * up]),
-            "elbow": bend * hinge / max(float(np.linalg.norm(hinge)), 1e-12),
+            "elbow": bend * hinge,
             "hip": np.array([0, 0, sign * apart]),
         }
         for name, turn in turns.items():
             # the turn is about axes of the world at rest, so it is transformed to the frame of the parent
-            parent = _global(before, PARENTS[numbers[name]])
+            joint, parent = joints[name]
             local = multiply(multiply(inverse(parent), from_axis_angle(turn)), parent)
-            rotations[numbers[name]] = multiply(local, before[numbers[name]])
+            rotations[joint] = multiply(local, rest.rotations[joint].astype(np.float64))
     return Pose(rotations.astype(np.float32), rest.translation)
+
+
+@lru_cache(maxsize=4)
+def _hinges(shaped: "ShapedBody") -> tuple[tuple[float, np.ndarray, dict[str, tuple[int, np.ndarray]]], ...]:
+    """Returns the sign, the axis of the elbow, and joints with their parents' global rotations, of each side."""
+    before, sides = shaped.rest_pose.rotations.astype(np.float64), []
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        numbers = {each: JOINT_NAMES.index(f"{side}_{each}") for each in ("shoulder", "elbow", "wrist", "hip")}
+        shoulder, elbow, wrist = (shaped.joints[numbers[each]] for each in ("shoulder", "elbow", "wrist"))
+        hinge = np.cross(elbow - shoulder, wrist - elbow).astype(np.float64)
+        joints = {
+            name: (numbers[name], _global(before, PARENTS[numbers[name]])) for name in ("shoulder", "elbow", "hip")
+        }
+        sides.append((sign, hinge / max(float(np.linalg.norm(hinge)), 1e-12), joints))
+    return tuple(sides)
 
 
 def _global(rotations: np.ndarray, joint: int) -> np.ndarray:

@@ -9,14 +9,17 @@ import numpy as np
 from hemline.arrays import Vertices
 from hemline.bodies.lead_in import interpolate_poses
 from hemline.garments.garment import Garment
-from hemline.meshes import ClosestTree, crossing_edges
+from hemline.garments.proxy.coarser import coarser_garment
+from hemline.garments.proxy.embedding import Embedding
+from hemline.meshes import ClosestTree, crossing_edges, edge_strains
 from hemline.sim import MovingSkin, SimSettings, StepScene
-from hemline.sim.rest.sewing import largest_stretch, sew
+from hemline.sim.rest.sewing import CLOSED_STRETCH, largest_stretch, sew
 from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState
 
 from .alignment import Alignment
+from .budget import Budget
 from .thin_body import ThinBody
 
 if TYPE_CHECKING:
@@ -39,6 +42,15 @@ GROWN_AT, TURNING_FROM = 0.7, 0.3
 
 STILL_FRAMES = 8
 """Number of frames at the end in which the body does not change."""
+
+FINE_VERTICES = 6000
+"""A garment with more vertices is put on as a coarse copy, which carries it."""
+
+COARSE_VERTICES = 4000
+"""Number of vertices of that copy."""
+
+CARRIED_FRAMES = 4
+"""Number of frames in which the fine garment then comes to rest on the body."""
 
 DAMPING = 0.7
 """Fraction of the velocities that remains after each step; 1 is no damping."""
@@ -64,19 +76,52 @@ class Growth:
 
 
 def grow(
-    garment: Garment, shaped: "ShapedBody", alignment: Alignment, progress: Callable[[int, int], None] | None = None
+    garment: Garment,
+    shaped: "ShapedBody",
+    alignment: Alignment,
+    progress: Callable[[int, int], None] | None = None,
+    budget: Budget | None = None,
 ) -> Growth:
     """Lets a body grow inside a garment and turn to its rest pose, without gravity.
+
+    A garment with many vertices and closed seams is carried by a coarse copy of it.
 
     Args:
         garment: A garment without pins, its vertices where the alignment put them.
         shaped: The body.
         alignment: Alignment with the pose in which the body starts.
         progress: Called with frames done and frames in all.
+        budget: Limits the time; None: no limit.
 
     Raises:
         SimulationFailed: A step failed even at the shortest time step.
+        BadGarment: The time is used up.
     """
+    budget = budget or Budget(garment.name, np.inf)
+    if len(garment.vertices) <= FINE_VERTICES or _stretch(garment) > CLOSED_STRETCH:
+        return _grow(garment, shaped, alignment, progress, budget)
+    coarse, kept = coarser_garment(garment, COARSE_VERTICES / len(garment.vertices))
+    growth = _grow(coarse, shaped, alignment, progress, budget)
+    carried = Embedding.of(garment, coarse, kept).fine_vertices(growth.vertices)
+    vertices = _rest_on_body(replace(garment, vertices=carried), shaped, budget)
+    before, after = (
+        len(crossing_edges(each.astype(np.float32), garment.faces)) for each in (garment.vertices, vertices)
+    )
+    return replace(growth, vertices=vertices, crossed_before=before, crossed_after=after)
+
+
+def _stretch(garment: Garment) -> float:
+    """Returns the largest stretch of an edge, as a factor."""
+    return 1 + float(edge_strains(garment.vertices, garment.faces, garment.rest_edges).max())
+
+
+def _grow(
+    garment: Garment,
+    shaped: "ShapedBody",
+    alignment: Alignment,
+    progress: Callable[[int, int], None] | None,
+    budget: Budget,
+) -> Growth:
     settings = SimSettings(gravity=(0.0, 0.0, 0.0))
     dressed, thin = DressedBody(garment, shaped, settings), ThinBody(shaped)
     positions = garment.vertices.astype(np.float64)
@@ -84,7 +129,13 @@ def grow(
     state = dressed.stepper.start(positions)
     stretched, crossed = largest_stretch(dressed.sheet, positions), len(crossing_edges(garment.vertices, garment.faces))
     at_first = _scene(thin.at(girth).posed(alignment.pose))
-    state = sew(dressed.sheet, state, lambda now: dressed.stepper.advance(now, SEAM_STEP, lambda _: at_first)[0])
+
+    def sewing_step(now: ClothState) -> ClothState:
+        open_by = largest_stretch(dressed.sheet, now.positions)
+        budget.check(f"its seams still open: an edge is {open_by:.1f} times too long, {stretched:.1f} at first")
+        return dressed.stepper.advance(now, SEAM_STEP, lambda _: at_first)[0]
+
+    state = sew(dressed.sheet, state, sewing_step)
     turned = alignment.pose.hash != shaped.rest_pose.hash
     frames = FRAMES if girth < 1 or turned else 0
 
@@ -94,6 +145,7 @@ def grow(
         return thin.at(size).posed(interpolate_poses(alignment.pose, shaped.rest_pose, turn))
 
     for frame in range(frames + STILL_FRAMES):
+        budget.check(f"{frame} of {frames + STILL_FRAMES} frames in which the body grows inside it")
         first, second = (min(1.0, (frame + end) / max(frames, 1)) for end in (0, 1))
         state = _frame(dressed, state, lambda fraction, a=first, b=second: _scene(body_at(a + fraction * (b - a))))
         if progress:
@@ -102,6 +154,19 @@ def grow(
     vertices = cleaned.positions
     after = len(crossing_edges(vertices.astype(np.float32), garment.faces))
     return Growth(vertices, girth, stretched, crossed, after)
+
+
+def _rest_on_body(garment: Garment, shaped: "ShapedBody", budget: Budget) -> Vertices:
+    """Returns the vertices of a garment after a few damped frames on the body at rest, without gravity [m]."""
+    dressed = DressedBody(garment, shaped, SimSettings(gravity=(0.0, 0.0, 0.0)))
+    posed = shaped.posed(shaped.rest_pose)
+    scene, frame_end = _scene(posed), FrameEnd(garment, shaped)
+    positions = frame_end.clean(posed, garment.vertices.astype(np.float64), 1.0).positions
+    state = dressed.stepper.start(positions)
+    for frame in range(CARRIED_FRAMES):
+        budget.check(f"{frame} of {CARRIED_FRAMES} frames of all its vertices on the grown body")
+        state = _frame(dressed, state, lambda _: scene)
+    return frame_end.clean(posed, state.positions, 1.0).positions
 
 
 def _girth(thin: ThinBody, alignment: Alignment, positions: Vertices) -> float:

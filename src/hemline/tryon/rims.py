@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hemline.arrays import Faces, Int, Vertices
-from hemline.meshes import boundary_loops, components
+from hemline.meshes import components, open_rims
 from hemline.meshes.segment_crossing_kernels import crossings_of_segments
 
 from .skeleton import Skeleton
@@ -15,8 +15,8 @@ SHORTEST_RIM = 0.12
 
 
 def rims_of(vertices: Vertices, faces: Faces) -> list["Rim"]:
-    """Returns the openings of a garment; the only rim of a sheet, such as a cape, is not an opening."""
-    rims = [rim for loop in boundary_loops(faces) if (rim := Rim.of(loop, vertices)).length >= SHORTEST_RIM]
+    """Returns the openings of a garment; the only rim of a sheet, such as a cape, is no opening, nor is a pocket's."""
+    rims = [rim for loop in open_rims(faces) if (rim := Rim.of(loop, vertices)).length >= SHORTEST_RIM]
     part = components(faces, len(vertices))
     owner = [int(part[rim.loop[0]]) for rim in rims]
     return [rim for rim, each in zip(rims, owner, strict=True) if owner.count(each) > 1]

@@ -18,11 +18,13 @@ from hemline.garments.reading.read import read_source
 from hemline.garments.reading.source import GarmentSource
 from hemline.garments.reading.units import Z_UP_NOTE
 from hemline.garments.shipped import is_name, load
-from hemline.motions.motion import JOINT_NAMES
 
 from .alignment import Alignment, align
+from .budget import SECONDS, Budget
 from .fitness import Fitness, fitness
 from .growing import Growth, grow
+from .openings import EXTREMITIES
+from .units_tried import better_unit
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -30,14 +32,8 @@ if TYPE_CHECKING:
 LEAST_RESIZE = 0.02
 """Relative change of size below which a garment keeps its own size."""
 
-MANY_VERTICES = 30_000
-"""Number of vertices above which the user is told how long it will take."""
-
-SECONDS_A_VERTEX = 0.008
-"""Approximate time that a try-on takes per vertex [s]."""
-
-SHOULDER_DISTANCE = 0.06
-"""Cloth nearer than this to the middle of a shoulder rests on it [m]."""
+HOPELESS_COST = 3.0
+"""Cost of an alignment above which a garment is refused before the simulation if a limb goes through its cloth."""
 
 _CURE = "place it on the body at rest (y up, facing +z), or check its unit"
 
@@ -68,6 +64,7 @@ def try_on(
     scaled: bool = True,
     say: Callable[[str], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    seconds: float = SECONDS,
 ) -> TryOn:
     """Puts a garment that was made on an unknown body onto this one.
 
@@ -77,6 +74,9 @@ def try_on(
     rejected (`fitness`). Clothes of MakeHuman (`.mhclo`) and hemline's own garments lie where their bindings or pins
     say, so that only this last step is done. To get just the garment, use `open_garment`.
 
+    If the unit was guessed and the garment fits the body far better in another one, or cannot be worn, that other unit
+    is tried, and said. What no place, size and pose lets limbs go through is refused before the simulation.
+
     Args:
         name_or_path: A mesh, a TOML that names one, a `.mhclo`, or a garment of hemline's own, by name or file.
         shaped: The body.
@@ -84,12 +84,15 @@ def try_on(
         scaled: Whether it may be scaled, by 0.67 to 1.49, if it was clearly made for a body of another size.
         say: Called with a line of text before a step that takes long.
         progress: Called with the number of frames done and the number of all frames.
+        seconds: Processor time after which the search is given up, checked between its steps; infinite for no limit
+            [s].
 
     Returns:
         The garment and how it fits; if it cannot be worn, `fitness.reason` says why.
 
     Raises:
-        BadGarment: Unit, material or pins contradict each other, or the garment cannot be put around the body at all.
+        BadGarment: Unit, material or pins contradict each other, the file has no cloth or several garments, the garment
+            cannot be put around the body at all, or the time is used up.
         BadMesh: The mesh cannot be read, or no cloth can be made of it.
     """
     named = is_name(name_or_path)
@@ -98,7 +101,8 @@ def try_on(
     if named:
         garment = load(str(name_or_path), shaped, dressed=False)
         return TryOn(garment, fitness(garment, shaped))
-    return try_on_source(GarmentSource.open(name_or_path, unit), shaped, scaled=scaled, say=say, progress=progress)
+    source = GarmentSource.open(name_or_path, unit)
+    return try_on_source(source, shaped, scaled=scaled, say=say, progress=progress, seconds=seconds)
 
 
 def try_on_source(
@@ -108,33 +112,96 @@ def try_on_source(
     scaled: bool = True,
     say: Callable[[str], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    seconds: float = SECONDS,
 ) -> TryOn:
     """Puts the garment of a file that is already open onto a body, see `try_on`."""
     if source.kind != "mesh":
         garment = read_source(source, shaped, dressed=False)
         return TryOn(garment, fitness(garment, shaped))
-    description = source.description
-    made_on, body_notes = body_made_on(description, shaped, source.path)
+    budget, tell = Budget(source.name, seconds), say or (lambda line: None)
+    made_on, _ = body_made_on(source.description, shaped, source.path)
+    alignment, unit = _align(source, made_on, scaled, tell, guessed_unit=True)
+    if unit is not None:
+        source, before = source.in_unit(unit), source.unit
+        tell(f"{source.name} fits the body far better in {unit} than in {before}: taken to be in {unit}")
+        alignment, _ = _align(source, made_on, scaled, tell, guessed_unit=False)
+    tried = _put_on(source, shaped, alignment, progress, budget)
+    if tried.fitness.reason is None or unit is not None:
+        return _noted(tried, unit)
+    unit = better_unit(source, made_on, alignment.misfit, poor=True)
+    if unit is None:
+        return tried
+    other = source.in_unit(unit)
+    tell(f"{source.name} cannot be worn in {source.unit}, but may be in {unit}: trying that")
+    alignment, _ = _align(other, made_on, scaled, tell, guessed_unit=False)
+    again = _put_on(other, shaped, alignment, progress, budget)
+    return tried if again.fitness.reason else _noted(again, unit)
+
+
+def _align(
+    source: GarmentSource, shaped: "ShapedBody", scaled: bool, tell: Callable[[str], None], *, guessed_unit: bool
+) -> tuple[Alignment, str | None]:
+    """Aligns a garment; returns also the unit in which it would fit far better, if its unit is only guessed."""
     cloth = source.cloth
-    if say and len(cloth.vertices) > MANY_VERTICES:
-        minutes = max(1, round(len(cloth.vertices) * SECONDS_A_VERTEX / 60))
-        say(f"{cloth.name} has {len(cloth.vertices)} vertices: this takes {minutes} minutes or more")
-    alignment = align(cloth.vertices, cloth.faces, made_on, scaled=scaled, up=description.up)
+    size = " x ".join(f"{side:.2f}" for side in np.ptp(cloth.vertices, axis=0))
+    tell(f"{cloth.name}: {len(cloth.vertices)} vertices, {size} m; searching for its place on the body")
+    alignment = align(cloth.vertices, cloth.faces, shaped, scaled=scaled, up=source.description.up)
+    unit = better_unit(source, shaped, alignment.misfit, poor=False) if guessed_unit else None
+    return alignment, unit
+
+
+def _noted(tried: TryOn, unit: str | None) -> TryOn:
+    """Adds to the notes of a garment that its unit was found by its fit."""
+    if unit is None:
+        return tried
+    note = f"unit: {unit}, as it fits the body so"
+    return replace(tried, garment=replace(tried.garment, notes=(note, *tried.garment.notes)))
+
+
+def _put_on(
+    source: GarmentSource,
+    shaped: "ShapedBody",
+    alignment: Alignment,
+    progress: Callable[[int, int], None] | None,
+    budget: Budget,
+) -> TryOn:
+    """Puts an aligned garment on a body, and judges it."""
+    cloth, description = source.cloth, source.cloth_description
+    made_on, body_notes = body_made_on(description, shaped, source.path)
     loose = loose_garment(cloth, description, made_on, alignment)
+    if reason := _hopeless(alignment):
+        garment = replace(loose, notes=body_notes + cloth.notes + _describe_alignment(alignment, description.up))
+        return TryOn(garment, Fitness(reason, {}, None), alignment)
     try:
-        growth = grow(loose, made_on, alignment, progress)
+        growth = grow(loose, made_on, alignment, progress, budget)
     except SimulationFailed as failure:
         what = f"{cloth.name} must fit around the body"
         raise BadGarment(what, failure, _CURE) from failure
-    notes = body_notes + cloth.notes + _describe_steps(alignment, growth, up_guessed=description.up is None)
-    if description.pins is None and rests_on_shoulders(growth.vertices, made_on):
-        description = replace(description, pins="none")
-        notes += ("pins: none, as the shoulders carry it",)
+    notes = body_notes + cloth.notes + _describe_alignment(alignment, description.up) + _describe_growth(growth)
+    if alignment.empty:
+        notes += (f"openings: {alignment.empty} of {alignment.rims} had no limb to go through them",)
     on_body = replace(cloth, vertices=growth.vertices, faces=loose.faces, rest_edges=loose.rest_edges, notes=notes)
     garment = assemble(on_body, description, made_on)
+    if isinstance(garment, OffBody) and description.pins is None:
+        # whether anything holds it up without the pins that were guessed is judged when it settles
+        notes += ("pins: none, as its highest rim is far from the body",)
+        garment = assemble(replace(on_body, notes=notes), replace(description, pins="none"), made_on)
     if isinstance(garment, OffBody):
         raise BadGarment(f"once tried on, {garment.what}", garment.got, _CURE)
+    budget.check("all but settling under gravity")
     return TryOn(garment, fitness(garment, shaped), alignment, growth)
+
+
+def _hopeless(alignment: Alignment) -> str | None:
+    """Returns a reason if no place, size and pose was found in which limbs go through openings."""
+    through = [name for name in alignment.through if not name.endswith(EXTREMITIES)]
+    if alignment.cost <= HOPELESS_COST or not through:
+        return None
+    names = ", the ".join(through)
+    return (
+        f"the body goes through its cloth at the {names}: no opening leads there, at any place, size and pose that was "
+        f"tried ({alignment.rims} openings, {alignment.empty} of them without a limb)"
+    )
 
 
 def loose_garment(cloth: GarmentCloth, description: GarmentFile, shaped: "ShapedBody", alignment: Alignment) -> Garment:
@@ -161,34 +228,26 @@ def loose_garment(cloth: GarmentCloth, description: GarmentFile, shaped: "Shaped
     )
 
 
-def rests_on_shoulders(vertices: np.ndarray, shaped: "ShapedBody") -> bool:
-    """Whether cloth lies on both shoulders, between neck and arm."""
-    for side in ("left", "right"):
-        neck, shoulder = (shaped.joints[JOINT_NAMES.index(each)] for each in ("neck", f"{side}_shoulder"))
-        middle = 0.3 * neck + 0.7 * shoulder
-        above = shaped.vertices[np.linalg.norm(shaped.vertices[:, [0, 2]] - middle[[0, 2]], axis=1) < 0.03]
-        top = np.array([middle[0], above[above[:, 1] < neck[1] + 0.1][:, 1].max(), middle[2]])
-        if np.linalg.norm(vertices - top, axis=1).min() > SHOULDER_DISTANCE:
-            return False
-    return True
-
-
-def _describe_steps(alignment: Alignment, growth: Growth, *, up_guessed: bool) -> tuple[str, ...]:
-    """Says what was done to the garment; the up axis only if it was guessed."""
-    up, forward, bend, apart = np.degrees(alignment.angles)
-    notes = [Z_UP_NOTE] if up_guessed and alignment.up == "z" else []
+def _describe_alignment(alignment: Alignment, up: str | None) -> tuple[str, ...]:
+    """Describes where a garment was put, and in which pose; the up axis only if it was guessed."""
+    raised, forward, bend, apart = np.degrees(alignment.angles)
+    notes = [Z_UP_NOTE] if up is None and alignment.up == "z" else []
     notes += [f"place: moved by ({', '.join(f'{value:.2f}' for value in alignment.moved)}) m"]
     if abs(alignment.scale - 1) > LEAST_RESIZE:
         notes.append(f"size: {100 * (alignment.scale - 1):+.0f} %, cloth and all, as it was made for another body")
-    if max(abs(up), abs(forward), abs(bend), abs(apart)) > 5:
+    if max(abs(raised), abs(forward), abs(bend), abs(apart)) > 5:
         notes.append(
-            f"pose: put on with arms turned up by {up:.0f} and forward by {forward:.0f} degrees, elbows by {bend:.0f}, "
-            f"legs apart by {apart:.0f}, then turned to the rest pose"
+            f"pose: put on with arms turned up by {raised:.0f} and forward by {forward:.0f} degrees, elbows by "
+            f"{bend:.0f}, legs apart by {apart:.0f}, then turned to the rest pose"
         )
+    return tuple(notes)
+
+
+def _describe_growth(growth: Growth) -> tuple[str, ...]:
+    """Describes how the body grew inside a garment."""
+    notes = []
     if growth.girth < 1:
         notes.append(f"body: grown from {100 * growth.girth:.0f} % of its girth inside the garment")
     if growth.stretched > 1.5:
         notes.append(f"seams: closed, some edges were {growth.stretched:.0f} times too long")
-    if alignment.empty:
-        notes.append(f"openings: {alignment.empty} of {alignment.rims} had no limb to go through them")
     return tuple(notes)

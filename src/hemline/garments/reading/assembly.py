@@ -14,6 +14,7 @@ from hemline.garments.pins import Pins
 
 from .cloth import GarmentCloth, wind_outward
 from .garment_toml import GarmentFile
+from .guessed_pins import guess_pins
 from .placement import move_outside_body
 from .raise_over_skin import raise_over_skin
 
@@ -46,7 +47,10 @@ def assemble(cloth: GarmentCloth, description: GarmentFile, body: "ShapedBody") 
     if cloth.coarse:
         vertices, raised = raise_over_skin(vertices, cloth.faces, body)
         moved += raised
-    pins, pin_notes = bind_pins(description.pins, vertices, cloth.faces, body, cloth.name)
+    rule, shoulder_notes = description.pins, ()
+    if rule is None:
+        rule, shoulder_notes = guess_pins(vertices, cloth.faces, body)
+    pins, pin_notes = bind_pins(rule, vertices, cloth.faces, body, cloth.name)
     if too_far := _far_pins(pins, cloth.name):
         return too_far
     key_joint, key_notes = (description.key_joint, ()) if description.key_joint else guess_key_joint(pins, body)
@@ -64,7 +68,7 @@ def assemble(cloth: GarmentCloth, description: GarmentFile, body: "ShapedBody") 
         body_name=body.body.name,
         body_betas=np.array(body.betas, np.float32),
         flat_rest=cloth.from_pattern if description.flat_rest is None else description.flat_rest,
-        notes=cloth.notes + moved + pin_notes + key_notes + material_notes,
+        notes=cloth.notes + moved + shoulder_notes + pin_notes + key_notes + material_notes,
     )
 
 

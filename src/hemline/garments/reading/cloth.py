@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hemline.arrays import Faces, Float, Vertices
-from hemline.errors import BadGarment
-from hemline.meshes import ClosestTree, check_mesh, consistent_winding, vertex_normals
+from hemline.meshes import ClosestTree, consistent_winding, vertex_normals
 
 from .rest_shape import rewind_rest_edges
 
@@ -29,23 +28,6 @@ class GarmentCloth:
     """What was guessed or changed so far, one sentence each."""
     coarse: bool = False
     """Whether the triangles are so large that skin may come through them, so that the cloth must be raised there."""
-
-
-def check_cloth_mesh(vertices: Vertices, faces: Faces, name: str) -> tuple[str, ...]:
-    """Checks the mesh of a garment and returns what is odd about it, one sentence each.
-
-    Raises:
-        BadMesh: The mesh cannot be cloth, see `check_mesh`.
-        BadGarment: A vertex belongs to no triangle.
-    """
-    notes = check_mesh(vertices, faces, name=name)
-    used = np.bincount(faces.reshape(-1), minlength=len(vertices)) > 0
-    if not used.all():
-        got = f"{(~used).sum()} of {len(used)}, the first is {int(np.argmin(used))}"
-        raise BadGarment(
-            f"{name} must not have vertices without a triangle", got, "delete loose vertices and export again"
-        )
-    return notes
 
 
 def wind_consistently(cloth: GarmentCloth) -> GarmentCloth:

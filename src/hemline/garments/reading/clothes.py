@@ -14,10 +14,10 @@ from hemline.garments.garment import Garment
 from hemline.garments.pin_rules import PinGroup
 from hemline.garments.rest_metric import rest_edges_of_mesh
 from hemline.garments.wear_together import wear_together
-from hemline.meshes import ClosestTree, components, read_obj
+from hemline.meshes import ClosestTree, check_mesh, components, read_obj
 
 from .assembly import assemble, body_made_on
-from .cloth import GarmentCloth, check_cloth_mesh, wind_consistently
+from .cloth import GarmentCloth, wind_consistently
 from .garment_toml import GarmentFile
 from .mhclo import BASE_MESH, read_mhclo
 from .source import GarmentSource
@@ -68,7 +68,7 @@ def read_clothes(source: GarmentSource, body: "ShapedBody | None") -> Garment:
     wearer = body or cut_for
     cut, on_wearer = (bindings.on(base.on(each)) for each in (cut_for, wearer))
     name = description.name or bindings.name
-    notes += (*bindings.notes, *mesh.notes, *check_cloth_mesh(cut, mesh.faces, name), _cut_note(description))
+    notes += (*bindings.notes, *mesh.notes, *check_mesh(cut, mesh.faces, name=name), _cut_note(description))
     notes += ("bindings: body vertices that the file hides are kept",)
     whole = wind_consistently(
         GarmentCloth(name, on_wearer, mesh.faces, rest_edges_of_mesh(cut, mesh.faces), False, notes)

@@ -13,6 +13,8 @@ from hemline.files.beside import beside
 from hemline.garments.pin_rules import PinGroup, PinRule, is_ids
 from hemline.garments.quote import quote
 
+from .file_parts import split_part
+
 _CURE = "write it as in docs/wardrobe.md: key = value"
 _BYTES_MAX = 2**22
 _DOTS_MAX = 32
@@ -25,7 +27,7 @@ class GarmentFile:
     """Content of a garment's TOML. Everything but `mesh` may be omitted and is then guessed."""
 
     mesh: str = ""
-    """Mesh file, relative to the TOML."""
+    """Mesh file, relative to the TOML; `FILE:NAME` is one part of it."""
     name: str | None = None
     """Name of the garment; the file's stem unless given."""
     unit: str | None = None
@@ -41,8 +43,9 @@ class GarmentFile:
     material: str | dict[str, Any] | None = None
     """A fabric by name, or a table of constants, perhaps with a `base`."""
     pins: PinRule = None
-    """Vertex ids, or a rule: top_rim, boundary:N (the rims by length), above:HEIGHT (metres above the pelvis), none;
-    or tables of `vertices` (one of these), `to` (surface or a joint), `stiffness` (N/m a vertex; left out: hard)."""
+    """Vertex ids, or a rule: top_rim, boundary:N (the rims by length), above:HEIGHT (metres above the pelvis),
+    group:NAME or colour:NAME (vertices that the file marks so), none; or tables of `vertices` (one of these), `to`
+    (surface or a joint), `stiffness` (N/m a vertex; left out: hard)."""
     chains: tuple[tuple[int, ...], ...] = ()
     """Rope chains, vertex ids from root to tip."""
     key_joint: str | None = None
@@ -51,12 +54,6 @@ class GarmentFile:
     """Whether the mesh's texture coordinates are its flat pattern, in its unit."""
     flat_rest: bool | None = None
     """Whether the cloth is flat when nothing bends it."""
-
-    @property
-    def names_vertices(self) -> bool:
-        """Whether vertices are named by their ids, which then must not change."""
-        groups = self.pins if isinstance(self.pins, tuple) else ()
-        return bool(self.chains) or any(not isinstance(getattr(each, "vertices", each), str | None) for each in groups)
 
 
 def read_garment_toml(path: str | Path) -> GarmentFile:
@@ -83,7 +80,8 @@ def read_garment_toml(path: str | Path) -> GarmentFile:
             raise BadGarment(f"{path}: '{key}' must be {_KINDS[key]}", quote(value), "correct it")
     if not content.get("mesh"):
         raise BadGarment(f"{path} must name its mesh", "no key 'mesh'", "add: mesh = 'file.obj'")
-    beside(path, content["mesh"], "a mesh", error=BadGarment, cure="put the mesh into the folder of the TOML, or below")
+    file = str(split_part(content["mesh"])[0])
+    beside(path, file, "a mesh", error=BadGarment, cure="put the mesh into the folder of the TOML, or below")
     if _is_tables(content.get("pins")):
         content["pins"] = [PinGroup.of(table) for table in content["pins"]]
     return GarmentFile(**{key: _tuples(value) for key, value in content.items()})

@@ -71,9 +71,8 @@ def garment_of_source(source: GarmentSource, body: "ShapedBody | None") -> Garme
         return Garment.load(source.path)
     if source.kind == "clothes":
         return read_clothes(source, body)
-    description = source.description
-    made_on, body_notes = body_made_on(description, body, source.path)
-    cloth = source.cloth
+    made_on, body_notes = body_made_on(source.description, body, source.path)
+    cloth, description = source.cloth, source.cloth_description
     placed = place_on_body(cloth.vertices, body_tree(made_on), cloth.name, up=description.up, origin=description.origin)
     if isinstance(placed, OffBody):
         return placed

@@ -2,25 +2,26 @@
 
 import numpy as np
 
-from hemline.arrays import Faces, Float, Vertices
+from hemline.arrays import Faces, Float
 from hemline.errors import BadGarment
 from hemline.garments.rest_metric import rest_edges_of_mesh, rest_edges_of_pattern
 from hemline.meshes import ReadMesh, edge_strains
+
+from .units import UNITS
 
 _PATTERN_OFF = 0.15
 
 
 def rest_shape(
-    mesh: ReadMesh, vertices: Vertices, scale: float, use_pattern: bool | None, name: str
+    mesh: ReadMesh, scale: float, use_pattern: bool | None, name: str
 ) -> tuple[Float[np.ndarray, "faces 2 2"], bool, tuple[str, ...]]:
     """Chooses the flat rest triangles of a mesh.
 
     The pattern is taken if at least half of its edges are as long as those of the mesh, within 15 %: patterns are often
-    exported before their seams are closed.
+    exported before their seams are closed. Its unit is that of the mesh, or another one with which it fits.
 
     Args:
-        mesh: The mesh as read.
-        vertices: Its positions [m].
+        mesh: The mesh [m]; its pattern is as in the file.
         scale: Length of a unit of the file [m].
         use_pattern: True: the pattern; False: the mesh; None: guess.
         name: Name of the garment in error messages.
@@ -31,7 +32,7 @@ def rest_shape(
     Raises:
         BadGarment: The pattern is to be used, but there is none or it is not to scale.
     """
-    of_mesh = rest_edges_of_mesh(vertices, mesh.faces)
+    of_mesh = rest_edges_of_mesh(mesh.vertices, mesh.faces)
     guessed = use_pattern is None
     if mesh.pattern is None or mesh.pattern_faces is None:
         if use_pattern:
@@ -40,14 +41,20 @@ def rest_shape(
         return of_mesh, False, ("rest shape: the mesh itself, as it has no pattern",) * guessed
     if use_pattern is False:
         return of_mesh, False, ()
-    flat = rest_edges_of_pattern(mesh.pattern * scale, mesh.pattern_faces)
+    flat = rest_edges_of_pattern(mesh.pattern, mesh.pattern_faces)
     degenerate = bool((np.linalg.det(flat) <= 0).any())
-    off = np.inf if degenerate else float(np.median(np.abs(edge_strains(vertices, mesh.faces, flat))))
-    if off < _PATTERN_OFF:
-        return flat, True, ("rest shape: the pattern (vt), as its edges are as long as the mesh's",) * guessed
+    least = np.inf
+    for length in () if degenerate else (scale, *(each for each in UNITS.values() if each != scale)):
+        off = float(np.median(np.abs(edge_strains(mesh.vertices, mesh.faces, length * flat))))
+        least = min(least, off)
+        if off < _PATTERN_OFF:
+            unit = next((unit for unit, each in UNITS.items() if each == length), "")
+            other = "" if length == scale else f", in {unit}"
+            note = f"rest shape: the pattern (vt{other}), as its edges are as long as the mesh's"
+            return length * flat, True, (note,) * (guessed or length != scale)
     if use_pattern:
-        got = "triangles without an area" if degenerate else f"edges that differ by {100 * off:.0f} % in the median"
-        what = f"{name}: texture coordinates must be the pattern, in the unit of the mesh"
+        got = "triangles without an area" if degenerate else f"edges that differ by {100 * least:.0f} % in the median"
+        what = f"{name}: texture coordinates must be the pattern, in {', '.join(UNITS)}"
         raise BadGarment(what, got, "set pattern = false")
     return of_mesh, False, ("rest shape: the mesh itself, as its texture coordinates (vt) are no pattern to scale",)
 

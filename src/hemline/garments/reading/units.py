@@ -56,6 +56,17 @@ def unit_of(vertices: Vertices, declared: str | None, name: str) -> tuple[str, t
     return declared, ()
 
 
+def other_units(size: float, unit: str) -> tuple[str, ...]:
+    """Returns the units, other than the one that was guessed, in which a garment has a likely size, 0.25 to 2.2 m.
+
+    Args:
+        size: Size of the garment in the unit that was guessed [m].
+        unit: That unit.
+    """
+    raw = size / UNITS[unit]
+    return tuple(each for each in UNITS if each != unit and 0.25 <= raw * UNITS[each] < 2.2)
+
+
 def to_y_up(vertices: Vertices, up: str) -> Vertices:
     """Turns positions so that y points up.
 

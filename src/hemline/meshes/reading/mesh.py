@@ -1,19 +1,25 @@
 """A triangle mesh as read from a file, and the welding of its seams."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from hemline.meshes.edges import directed_edges
 
 WELD_TOLERANCE = 1e-5
 """Vertices nearer to each other than this fraction of the mesh's size are at one place."""
 
+_LOOSE_PARTS = 0.1
+"""A mesh with more parts than this fraction of its triangles fell apart, and is welded across gaps."""
+_WIDEST_GAP = 0.1
+"""Widest gap that is welded then, as a fraction of the median length of an edge."""
+
 
 @dataclass(frozen=True)
 class ReadMesh:
-    """A triangle mesh as a file holds it: vertex ids and order untouched, unit as in the file."""
+    """A triangle mesh as a file holds it, unit as in the file."""
 
     vertices: Float[np.ndarray, "verts 3"]
     """Positions, float64, in the unit of the file."""
@@ -25,6 +31,51 @@ class ReadMesh:
     """Row in `pattern` of each corner of `faces`; None if `pattern` is None."""
     notes: tuple[str, ...] = ()
     """Changes that the reader made on its own, in words."""
+    labels: tuple[tuple[str, ...], ...] = ()
+    """Names of the parts of the file: object, group and material of an OBJ; node, mesh and material of a glTF."""
+    face_labels: Int[np.ndarray, " faces"] | None = None
+    """Row in `labels` of each triangle; None if the file names no parts."""
+    colours: Float[np.ndarray, "verts 3"] | None = None
+    """Red, green and blue of each vertex, 0 to 1; None if the file has no colours."""
+    marks: Mapping[str, Bool[np.ndarray, " verts"]] = field(default_factory=dict)
+    """Vertices that an attribute of the file marks, such as `_PINS` of a glTF, by its name without underscores."""
+    file_ids: Int[np.ndarray, " file_verts"] | None = None
+    """Row in `vertices` of each vertex of the file, -1 for one that was dropped; None: all are where they were."""
+
+    def with_faces(
+        self,
+        rows: Int[np.ndarray, " faces"],
+        *notes: str,
+        faces: Int[np.ndarray, "kept 3"] | None = None,
+        merged: Int[np.ndarray, " verts"] | None = None,
+    ) -> "ReadMesh":
+        """Returns the mesh with some of its triangles, without vertices that none of them uses.
+
+        Args:
+            rows: The triangles that stay.
+            notes: What to add to the notes.
+            faces: Other corners for these triangles, for the same places of the pattern; None: as they are.
+            merged: The vertex that takes the place of each vertex; None: itself.
+        """
+        corners = np.asarray(self.faces[rows] if faces is None else faces, np.int64)
+        target = np.arange(len(self.vertices)) if merged is None else merged
+        corners = target[corners]
+        used = np.zeros(len(self.vertices), bool)
+        used[corners] = True
+        number = np.where(used, np.cumsum(used) - 1, -1)
+        before = np.arange(len(self.vertices)) if self.file_ids is None else self.file_ids
+        file_ids = np.where(before >= 0, number[target[before]], -1)
+        return replace(
+            self,
+            vertices=self.vertices[used],
+            faces=number[corners].astype(np.int32),
+            pattern_faces=None if self.pattern_faces is None else self.pattern_faces[rows],
+            face_labels=None if self.face_labels is None else self.face_labels[rows],
+            colours=None if self.colours is None else self.colours[used],
+            marks={name: mark[used] for name, mark in self.marks.items()},
+            notes=(*self.notes, *notes),
+            file_ids=file_ids,
+        )
 
 
 def weld(mesh: ReadMesh) -> ReadMesh:
@@ -32,7 +83,8 @@ def weld(mesh: ReadMesh) -> ReadMesh:
 
     A mesh that was split by an export with normals or texture seams becomes one piece of cloth again; its pattern
     (texture coordinates) stays, corner by corner. Rims that merely touch are not welded: an edge must not get three
-    triangles, nor a triangle two equal corners.
+    triangles, nor a triangle two equal corners. A mesh of loose triangles is welded across gaps of up to a tenth of its
+    median edge, too.
 
     Args:
         mesh: A mesh as read from a file.
@@ -49,15 +101,43 @@ def weld(mesh: ReadMesh) -> ReadMesh:
     _, first, inverse = np.unique(place, axis=0, return_index=True, return_inverse=True)
     target = np.arange(len(mesh.vertices))
     target[rim] = rim[first][inverse.reshape(-1)]
-    removed = target != np.arange(len(target))
-    faces = target[mesh.faces]
-    if not removed.any() or not _manifold(faces):
+    welded = _welded(mesh, target, "lay on another one")
+    return _weld_gaps(welded)
+
+
+def _welded(mesh: ReadMesh, target: np.ndarray, how: str) -> ReadMesh:
+    """Returns the mesh with each vertex in the place of its target, if that leaves it manifold."""
+    removed = int((target != np.arange(len(target))).sum())
+    if not removed or not _manifold(target[mesh.faces]):
         return mesh
-    number = np.cumsum(~removed) - 1
-    note = f"seams: {int(removed.sum())} vertices that lay on another one were welded to it, vertex ids are new"
-    return replace(
-        mesh, vertices=mesh.vertices[~removed], faces=number[faces].astype(np.int32), notes=(*mesh.notes, note)
-    )
+    note = f"seams: {removed} vertices that {how} were welded to it, vertex ids are new"
+    return mesh.with_faces(np.arange(len(mesh.faces)), note, merged=target)
+
+
+def _weld_gaps(mesh: ReadMesh) -> ReadMesh:
+    """Welds a mesh that fell apart into loose triangles, across the widest gap that leaves it manifold."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
+
+    from hemline.meshes.components import components
+
+    count = len(mesh.vertices)
+    if len(np.unique(components(mesh.faces, count))) <= max(_LOOSE_PARTS * len(mesh.faces), 8):
+        return mesh
+    edge = float(np.median(np.linalg.norm(mesh.vertices[mesh.faces[:, 0]] - mesh.vertices[mesh.faces[:, 1]], axis=1)))
+    tree = KDTree(mesh.vertices)
+    for fraction in (_WIDEST_GAP, 0.03, 0.01):
+        near = tree.query_pairs(fraction * edge, output_type="ndarray")
+        if not len(near) or len(near) > 50 * count:
+            continue
+        graph = coo_matrix((np.ones(len(near), bool), near.T), (count, count))
+        group = connected_components(graph, directed=False)[1]
+        _, first = np.unique(group, return_index=True)
+        welded = _welded(mesh, first[group], f"lay within {100 * fraction:.0f} % of an edge of another one")
+        if welded is not mesh and len(welded.vertices) < 0.5 * count:
+            return welded
+    return mesh
 
 
 def _manifold(faces: np.ndarray) -> bool:

@@ -15,13 +15,14 @@ from hemline.files.reading import TEXT_MAX, read_bytes
 from .mesh import ReadMesh
 from .read_gltf import read_gltf_mesh
 from .read_obj import read_obj
+from .read_ply import read_ply
 
-ENDINGS = (".obj", ".ply", ".glb", ".gltf", ".stl")
+MESH_ENDINGS = (".obj", ".ply", ".glb", ".gltf", ".vrm", ".stl")
 """File endings that `read_mesh` accepts."""
 
 
 def read_mesh(path: str | Path) -> ReadMesh:
-    """Reads a mesh file: OBJ, GLB and glTF by hemline's own readers, PLY and STL by trimesh without any clean-up.
+    """Reads a mesh file: OBJ, PLY and glTF (GLB, VRM) by hemline's own readers, STL by trimesh without any clean-up.
 
     STL has no shared vertices: equal positions are merged, and a note says so.
 
@@ -36,11 +37,13 @@ def read_mesh(path: str | Path) -> ReadMesh:
     """
     path = Path(path)
     ending = path.suffix.lower()
-    if ending not in ENDINGS:
-        raise BadMesh(f"{path} has no known mesh ending", repr(ending), f"use one of {' '.join(ENDINGS)}")
+    if ending not in MESH_ENDINGS:
+        raise BadMesh(f"{path} has no known mesh ending", repr(ending), f"use one of {' '.join(MESH_ENDINGS)}")
     if ending == ".obj":
         return read_obj(path)
-    if ending in (".glb", ".gltf"):
+    if ending == ".ply":
+        return read_ply(path)
+    if ending in (".glb", ".gltf", ".vrm"):
         return read_gltf_mesh(path)
     content = read_bytes(path, TEXT_MAX, error=BadMesh, cure="name a mesh file that exists")
     return _through_trimesh(path, ending, content)
@@ -83,8 +86,7 @@ def _through_trimesh(path: Path, ending: str, content: bytes) -> ReadMesh:
         wrong = faces.min() if faces.min() < 0 else faces.max()
         raise BadMesh(f"{path}: a face names vertex {wrong}", f"{len(vertices)} vertices", "export the mesh again")
     notes = (f"{len(meshes)} meshes of the scene were joined into one",) if len(meshes) > 1 else ()
-    if ending == ".stl":
-        vertices, inverse = np.unique(vertices, axis=0, return_inverse=True)
-        faces = inverse.reshape(-1)[faces]
-        notes += ("STL has no shared vertices: equal positions were merged, vertex ids are new",)
+    vertices, inverse = np.unique(vertices, axis=0, return_inverse=True)
+    faces = inverse.reshape(-1)[faces]
+    notes += ("STL has no shared vertices: equal positions were merged, vertex ids are new",)
     return ReadMesh(vertices, faces.astype(np.int32), notes=notes)
