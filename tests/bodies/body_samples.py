@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hemline.bodies import ShapedBody, overlapping
 from hemline.motions import JOINT_NAMES, Motion, Pose
 from hemline.motions.quaternions import from_axis_angle
 
@@ -10,6 +11,11 @@ JOINTS = len(JOINT_NAMES)
 
 def t_pose() -> Pose:
     return Pose(np.tile(np.array([1, 0, 0, 0], np.float32), (JOINTS, 1)), np.zeros(3, np.float32))
+
+
+def overlap_percent(shaped: ShapedBody, motion: Motion) -> np.ndarray:
+    """Percentage of the body's vertices that lie inside another part of it, in each frame [%]."""
+    return np.array([100 * overlapping(shaped.posed(motion[frame])).mean() for frame in range(len(motion))])
 
 
 def random_pose(seed: int, scale: float = 0.35) -> Pose:

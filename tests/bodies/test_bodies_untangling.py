@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hemline import bodies
-from hemline.bodies import overlap_percent, overlapping, untangle, untangle_motion
+from hemline.bodies import overlapping, untangle, untangle_motion
 from hemline.bodies.untangling.balls import fill_with_balls
 from hemline.bodies.untangling.untangle_kernels import (
     RAMP,
@@ -18,7 +18,7 @@ from hemline.bodies.untangling.untangle_kernels import (
 from hemline.bodies.untangling.untangling import LIMIT_DEG, PASSES, TURNED
 from hemline.motions import JOINT_NAMES, read
 from hemline.motions.quaternions import angle, inverse, multiply
-from tests.bodies.body_samples import arms_down, clip_of, random_pose, t_pose, turned
+from tests.bodies.body_samples import arms_down, clip_of, overlap_percent, random_pose, t_pose, turned
 
 CLIPS = Path(__file__).resolve().parents[2] / "../shared/data/motion"
 

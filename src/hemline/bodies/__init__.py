@@ -22,7 +22,6 @@ from .place import Placement as Placement
 from .place import placement as placement
 from .skinning import skin_points as skin_points
 from .smpl.smpl import read_smpl
-from .untangling.overlap import overlap_percent as overlap_percent
 from .untangling.overlap import overlapping as overlapping
 from .untangling.untangling import MotionUntangling as MotionUntangling
 from .untangling.untangling import Untangling as Untangling
@@ -109,7 +108,6 @@ __all__ = [
     "limb_bones",
     "load",
     "names",
-    "overlap_percent",
     "overlapping",
     "placement",
     "read",

@@ -1,11 +1,9 @@
 """Finds where a posed body overlaps itself, so that no cloth can lie there."""
 
 import numpy as np
-from jaxtyping import Float
 
 from hemline.arrays import Mask
-from hemline.bodies.body import PosedBody, ShapedBody
-from hemline.motions import Motion
+from hemline.bodies.body import PosedBody
 
 from .overlap_kernels import mark_inside
 from .parts import closed_parts
@@ -30,13 +28,3 @@ def overlapping(posed: PosedBody) -> Mask:
     for part in parts:
         mark_inside(closed, part.faces, part.tested, _SLABS, inside)
     return inside
-
-
-def overlap_percent(shaped: ShapedBody, motion: Motion) -> Float[np.ndarray, " frames"]:
-    """Returns the percentage of the body's vertices that lie inside another part of it, in each frame [%].
-
-    Args:
-        shaped: The body.
-        motion: The clip.
-    """
-    return np.array([100 * overlapping(shaped.posed(motion[frame])).mean() for frame in range(len(motion))])
