@@ -19,7 +19,7 @@ ORDER = [
     {"tryon"},
     {"metrics", "pictures", "export"},
     {"playback"},
-    {"bench", "models", "study", "view", "web"},
+    {"bench", "make", "models", "study", "view", "web"},
     {"cli", "__main__"},
 ]
 """Rooms, from left to right; rooms in one set do not import each other."""

@@ -107,6 +107,23 @@ def save_model(
     write_tensors(path, stored, metadata)
 
 
+def copy_with_entry(model: str | Path, path: str | Path, key: str, value: Mapping[str, Any]) -> None:
+    """Copies a model file and adds an entry to its metadata, which readers ignore.
+
+    Args:
+        model: The model file.
+        path: The file to write, whole or not at all.
+        key: Name of the entry.
+        value: JSON-like values.
+
+    Raises:
+        BadModel: The model cannot be read.
+        BadOutput: The path cannot be written.
+    """
+    arrays, metadata = read_tensors(model, "model", error=BadModel)
+    write_tensors(path, arrays, metadata | {key: dict(value)})
+
+
 def garment_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Garment:
     """Reads the garment from a model file; raises BadModel."""
     with damage_as_bad_model("the model's garment"):

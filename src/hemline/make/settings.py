@@ -1,0 +1,38 @@
+"""Options of making a model of a garment mesh."""
+
+from dataclasses import dataclass
+
+from hemline.errors import BadInput
+from hemline.options import check_options, not_negative, positive
+
+METHODS = ("agentdress", "ropes", "lag", "swingar", "live")
+"""Animators that are compared; each is the `--animator` of that name."""
+FITTED = ("agentdress", "ropes")
+"""Methods that are fitted to the garment. The others play any mesh."""
+
+
+@dataclass(frozen=True)
+class MakeSettings:
+    """Options of making a model of a garment mesh.
+
+    Raises:
+        BadInput: An option is out of its range, or no method has the given name.
+    """
+
+    minutes: float = positive(10.0)
+    """Time that the whole run may take [min]. A longer run simulates more poses and clips and gives a better model.
+    One hour takes the same steps as ten minutes."""
+    ms: float = positive(10.0)
+    """Longest time that a frame of the model may take on this machine [ms].
+    A slower method is chosen only if no method below this limit plays the garment well."""
+    animator: str = ""
+    """Method to use: agentdress, ropes, lag, swingar or live. By default all suitable ones are compared."""
+    seconds: float = positive(3.0)
+    """Length of the clip on which methods are compared [s]."""
+    seed: int = not_negative(0)
+    """Seed of the fit and of the choice of poses. The same seed gives the same model on one machine."""
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        if self.animator and self.animator not in METHODS:
+            raise BadInput("no such method", repr(self.animator), f"name one of {', '.join(METHODS)}, or none")

@@ -1,0 +1,88 @@
+"""How the time of a run is divided, and which clips are simulated."""
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+from hemline.errors import BadInput
+from hemline.make.clips import FPS, at_speed, clean_part, open_clips, requests
+from hemline.make.plan import BODIES, FIT_FRACTION, FRAMES_PER_DRAPE, DataPlan, plan_data
+from hemline.make.settings import METHODS
+from hemline.motions import load, names
+
+CASES = list(itertools.product([0.0, 0.1, 0.3, 0.6, 0.9, 1.0], [0.01, 0.1, 0.6], [30.0, 500.0, 30000.0], [1, 2, 16]))
+
+
+@pytest.mark.parametrize(("hanging", "frame_s", "left", "jobs"), CASES)
+def test_a_plan_keeps_to_its_time_and_says_what_it_leaves_out(hanging, frame_s, left, jobs):
+    plan = plan_data(METHODS, hanging, frame_s, left, jobs)
+    planned = sum(plan.seconds(frame_s, jobs).values())
+    assert planned <= (1 - FIT_FRACTION) * left + 0.5 * (1 + FRAMES_PER_DRAPE) * frame_s
+    assert set(plan.methods) >= {"lag", "swingar", "live"}  # these need no data
+    assert (plan.frames > 0) == ("ropes" in plan.methods)
+    assert (plan.anchors > 0) == ("agentdress" in plan.methods)
+    out = {reason.split()[0] for reason in plan.left_out}
+    assert out == set(METHODS) - set(plan.methods)
+
+
+def test_more_time_buys_more_of_everything():
+    short, long = (plan_data(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (10, 60))
+    assert short.frames > 0
+    assert short.anchors > 0
+    assert 5 < long.frames / short.frames < 7
+    assert long.anchors > 3 * short.anchors
+    assert long.poses > short.poses
+    assert long.random > short.random
+
+
+def test_cloth_that_hangs_gets_clips_and_cloth_that_lies_close_gets_drapes():
+    skirt, shirt = (plan_data(METHODS, hanging, 0.1, 600, 2) for hanging in (0.95, 0.05))
+    assert (skirt.frames > 0, skirt.drapes) == (True, 0)
+    assert (shirt.frames, shirt.drapes > 3 * BODIES) == (0, True)
+
+
+def test_a_method_that_was_asked_for_is_used_whatever_hangs():
+    assert plan_data(("ropes",), 0.0, 0.1, 600, 2).methods == ("ropes",)
+    assert plan_data(("agentdress",), 1.0, 0.1, 600, 2).methods == ("agentdress",)
+
+
+def test_a_plan_comes_back_from_its_file():
+    plan = plan_data(METHODS, 0.9, 0.1, 600, 2)
+    assert DataPlan.of_entries(json.loads(json.dumps(plan.entries()))) == plan
+
+
+def test_clips_are_cut_to_the_frames_that_there_is_time_for():
+    clips = open_clips([])
+    assert {clip.name for clip in clips} == set(names()) - {"dance"}
+    for wanted in (150, 400, 600):
+        found = requests(clips, wanted)
+        assert abs(sum(len(each.motion) for each in found) - wanted) <= len(clips)
+        longest = max(len(each.motion) for each in found)
+        for each, clip in zip(found, clips, strict=True):
+            assert len(each.motion) in (len(clip), longest, longest - 1)  # whole, or cut like the others
+
+
+def test_more_frames_than_there_are_come_from_other_speeds():
+    clips = open_clips(["walk", "run"])
+    available = sum(map(len, clips))
+    found = requests(clips, 2 * available)
+    assert {each.motion.name for each in found} == {"walk", "run", "walk x0.8", "run x0.8"}
+    assert {each.subject for each in found} == {"06", "02"}
+
+
+def test_a_clip_at_twice_the_speed_takes_the_same_way_in_half_the_time():
+    walk = clean_part(load("walk"))
+    fast = at_speed(walk, 2.0)
+    assert fast.fps == walk.fps == FPS
+    assert len(fast) == (len(walk) + 1) // 2
+    np.testing.assert_allclose(fast.translations, walk.translations[::2][: len(fast)], atol=1e-5)
+    dots = np.abs((fast.rotations * walk.rotations[::2][: len(fast)]).sum(axis=-1))
+    np.testing.assert_allclose(dots, 1, atol=1e-5)
+
+
+@pytest.mark.parametrize(("clips", "match"), [(["dance"], "dance"), (["walk", "walk"], "walk")])
+def test_clips_that_would_spoil_the_comparison_are_refused(clips, match):
+    with pytest.raises(BadInput, match=f"clips must differ; got {match}"):
+        open_clips(clips)

@@ -1,0 +1,80 @@
+"""The folder of a run: continued, never shared, never overwritten by another mesh."""
+
+import json
+
+import pytest
+
+from hemline.errors import BadGarment, BadOutput
+from hemline.make.work_folder import inputs_hash, open_work_folder
+
+
+def test_a_run_goes_on_where_it_stopped(tmp_path):
+    model = tmp_path / "coat.safetensors"
+    with open_work_folder(model, "abc") as first:
+        assert first.fresh
+        first.note(plan={"frames": 3})
+        spent = first.spent_s
+    with open_work_folder(model, "abc") as second:
+        assert not second.fresh
+        assert second.folder == tmp_path / "coat.making"
+        assert second.state["plan"] == {"frames": 3}
+        assert second.spent_s >= spent > 0
+
+
+def test_a_mesh_that_changed_begins_anew_beside_the_old_one(tmp_path):
+    model = tmp_path / "coat.safetensors"
+    with open_work_folder(model, "abc") as old:
+        old.note(plan={"frames": 3})
+    with open_work_folder(model, "def") as new:
+        assert new.fresh
+        assert new.folder == tmp_path / "coat.making-2"
+    with open_work_folder(model, "abc") as again:
+        assert again.folder == old.folder
+        assert again.state["plan"] == {"frames": 3}
+
+
+def test_two_runs_do_not_share_a_folder(tmp_path):
+    model = tmp_path / "coat.safetensors"
+    with (
+        open_work_folder(model, "abc"),
+        pytest.raises(BadOutput, match="another run works in"),
+        open_work_folder(model, "abc"),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"version": 1}', json.dumps({"version": 9, "inputs": "abc"})])
+def test_a_folder_whose_state_cannot_be_read_is_left_alone(tmp_path, content):
+    model = tmp_path / "coat.safetensors"
+    folder = tmp_path / "coat.making"
+    folder.mkdir()
+    (folder / "make.json").write_text(content)
+    with open_work_folder(model, "abc") as new:
+        assert new.folder == tmp_path / "coat.making-2"
+    assert (folder / "make.json").read_text() == content
+
+
+def test_inputs_are_the_bytes_of_the_mesh_and_what_is_said_of_it(tmp_path):
+    mesh = tmp_path / "a.obj"
+    mesh.write_text("v 0 0 0\n")
+    first = inputs_hash(str(mesh), {"material": None})
+    assert inputs_hash(str(mesh), {"material": "silk"}) != first
+    assert inputs_hash(f"{mesh}:Shirt", {"material": None}) != first
+    (tmp_path / "a.toml").write_text("unit = 'cm'\n")
+    assert inputs_hash(str(mesh), {"material": None}) != first
+    (tmp_path / "a.toml").unlink()
+    assert inputs_hash(str(mesh), {"material": None}) == first
+    mesh.write_text("v 0 0 1\n")
+    assert inputs_hash(str(mesh), {"material": None}) != first
+
+
+def test_a_mesh_without_permission_is_refused(tmp_path):
+    with pytest.raises(BadGarment, match="name a mesh file"):
+        inputs_hash(str(_pipe(tmp_path)), {})
+
+
+def _pipe(folder):
+    import os
+
+    os.mkfifo(folder / "a.obj")
+    return folder / "a.obj"
