@@ -27,7 +27,7 @@ $(VENV)/.learn: $(VENV)/.base
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.learn
-	$(INSTALL) --editable '.[cluster,compressed,learn,usd,view,docs,dev]'
+	$(INSTALL) --editable '.[cluster,compressed,fbx,learn,usd,view,docs,dev]'
 	touch $@
 
 $(VENV)/.docs: $(VENV)/.base

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from hemline.errors import BadMotion
-from hemline.files.gltf import ENDINGS
+from hemline.files.gltf import SCENES
 from hemline.motions.rigs.gltf_clip import read_gltf_motion, split_name
 from hemline.motions.rigs.retarget import Retargeted, retarget_beside
 
@@ -15,14 +15,13 @@ from .store import read_stored
 from .subjects import cmu_number
 from .terms import CMU_TERMS
 
-HAS_SKELETON = (".bvh", *ENDINGS)
+HAS_SKELETON = (".bvh", *SCENES)
 """Endings of clips that come with a skeleton of their own."""
 
 _CURES = {
     ".pkl": "pickles can run code and are not read: save its arrays with numpy.savez, and name the .npz",
     ".pt": "pickles can run code and are not read: save its arrays with numpy.savez, and name the .npz",
     ".npy": "save poses, trans and mocap_framerate by name with numpy.savez, and name the .npz",
-    ".fbx": "import it in Blender and export it as .glb with its animation, or as .bvh",
     ".c3d": "these are markers, without a skeleton: solve them to a .bvh first",
     ".vmd": "import it in Blender onto its model, and export it as .glb",
 }
@@ -81,11 +80,11 @@ def read_beside(path: str | Path, *, unit: str | None = None, up: str | None = N
             read_bvh(path), unit=unit, up=up, name=path.stem, source=source, licence=licence, file=path.name
         )
     _refuse_unit(path, unit)
-    if ending in ENDINGS:
+    if ending in SCENES:
         return read_gltf_motion(path, up=up)
     if ending in _CURES:
         raise BadMotion(f"clips in {ending} files are not read", path, _CURES[ending])
-    cure = "name a .bvh, .npz, .glb or .safetensors file"
+    cure = "name a .bvh, .npz, .glb, .fbx or .safetensors file"
     raise BadMotion(f"{path} has no known ending", f"'{ending}'", cure)
 
 

@@ -18,7 +18,7 @@ from hemline.motions.rigs.units import METRIC, unit_of
 from .character_mesh import read_character_mesh
 from .closed_mesh import close_mesh
 
-CHARACTERS = (".glb", ".vrm", ".gltf")
+CHARACTERS = (".glb", ".vrm", ".gltf", ".fbx")
 """Endings of files of rigged characters."""
 
 _HEIGHTS = (0.3, 4.0)

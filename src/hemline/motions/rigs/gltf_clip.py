@@ -6,7 +6,7 @@ import numpy as np
 
 from hemline.arrays import Float
 from hemline.errors import BadMotion
-from hemline.files.gltf import ENDINGS, Gltf
+from hemline.files.gltf import SCENES, Gltf
 from hemline.files.gltf_nodes import Nodes, matrices
 from hemline.motions.bvh import Bvh
 from hemline.motions.quaternions import from_matrix, inverse, multiply, rotate, slerp
@@ -27,7 +27,7 @@ def split_name(path: str | Path) -> tuple[Path, str | None]:
     """Splits `FILE` or `FILE:NAME`, at the first colon after a known ending, into file and name of an animation."""
     text = str(path)
     for place, letter in enumerate(text):
-        if letter == ":" and Path(text[:place]).suffix.lower() in ENDINGS:
+        if letter == ":" and Path(text[:place]).suffix.lower() in SCENES:
             return Path(text[:place]), text[place + 1 :]
     return Path(path), None
 
