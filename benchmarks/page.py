@@ -17,7 +17,7 @@ from itertools import pairwise
 
 from selenium import webdriver
 
-from hemline.cli.view import ViewOptions, open_catalog
+from hemline.cli.verbs.view import ViewOptions, open_catalog
 from hemline.view import Page
 from hemline.view.browser.requests import Request
 from hemline.view.stage import stage

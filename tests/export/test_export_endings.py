@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from hemline.cli.animate import AnimateOptions
-from hemline.cli.export import ExportOptions
+from hemline.cli.verbs.animate import AnimateOptions
+from hemline.cli.verbs.export import ExportOptions
 from hemline.export.write import FORMATS, PICTURES, QUANTIZED_ENDINGS, SKINNED_ENDINGS
 
 ROOT = Path(__file__).parents[2]

@@ -116,7 +116,7 @@ def test_animators_do_not_import_each_other():
 def test_the_reader_of_imports_sees_what_there_is():
     play = {name_of(each) for each in imports(by_name("playback/play.py"))}
     assert "bodies/body.py" in play  # at the top of the file
-    fit = {name_of(each) for each in imports(by_name("cli/fit.py"))}
+    fit = {name_of(each) for each in imports(by_name("cli/verbs/fit.py"))}
     assert "datasets/__init__.py" in fit  # within a function
     door = {name_of(each) for each in imports(by_name("sim/__init__.py"))}
     assert "sim/step/stepper.py" in door  # of an __init__, relative

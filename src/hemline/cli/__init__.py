@@ -1,4 +1,4 @@
-"""Command line with one file per verb: each parses its options, calls the library and prints the result."""
+"""Command line: `main` selects the verb, `verbs` has one file for each, and the other files are shared by verbs."""
 
 from .main import main as main
 

@@ -77,7 +77,7 @@ def _run(words: list[str]) -> int:
 
         near = get_close_matches(verb, VERBS, 1)
         raise BadInput("no such verb", verb, f"did you mean '{near[0]}'?" if near else f"use one of {', '.join(VERBS)}")
-    module = importlib.import_module(f"hemline.cli.{verb}")
+    module = importlib.import_module(f"hemline.cli.verbs.{verb}")
     return module.run(_parse(options_class(verb, rest), verb, rest))
 
 
@@ -91,7 +91,7 @@ def options_class(verb: str, words: Sequence[str] = ()) -> type:
     Raises:
         BadInput: The words name an animator that is not installed.
     """
-    module = importlib.import_module(f"hemline.cli.{verb}")
+    module = importlib.import_module(f"hemline.cli.verbs.{verb}")
     return module.schema(words) if hasattr(module, "schema") else getattr(module, f"{verb.capitalize()}Options")
 
 

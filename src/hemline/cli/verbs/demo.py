@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .progress import note, status
+from hemline.cli.progress import note, status
 
 
 @dataclass(frozen=True)

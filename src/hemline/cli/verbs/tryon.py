@@ -6,8 +6,8 @@ from typing import Annotated
 
 import tyro
 
-from .output import check_paths
-from .progress import bars, note
+from hemline.cli.output import check_paths
+from hemline.cli.progress import bars, note
 
 
 @dataclass(frozen=True)

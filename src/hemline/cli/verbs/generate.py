@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from .progress import note
+from hemline.cli.progress import note
 
 
 @dataclass(frozen=True)

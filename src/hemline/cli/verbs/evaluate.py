@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from .clip import Up, cut
+from hemline.cli.clip import Up, cut
 
 
 @dataclass(frozen=True)
@@ -71,14 +71,13 @@ def run(options: EvaluateOptions) -> int:
     """Measures and prints; returns status 1 if a vertex was inside the body after the projection."""
     from hemline import datasets, motions
     from hemline.animators import model_path
+    from hemline.cli.model import open_model, warn_new_poses
     from hemline.compiled import use_threads
     from hemline.errors import BadInput
     from hemline.files import check_writable
     from hemline.metrics import model_mb
     from hemline.playback import evaluate
     from hemline.playback.worst import draw_worst
-
-    from .model import open_model, warn_new_poses
 
     if options.picture is not None:
         check_writable(options.picture)

@@ -7,10 +7,9 @@ from typing import Annotated
 
 import tyro
 
+from hemline.cli.output import check_paths
+from hemline.cli.progress import note, stages
 from hemline.errors import BadInput
-
-from .output import check_paths
-from .progress import note, stages
 
 
 @dataclass(frozen=True)

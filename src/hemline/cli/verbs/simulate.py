@@ -8,10 +8,9 @@ from typing import Annotated
 
 import tyro
 
+from hemline.cli.clip import Up
+from hemline.cli.progress import note, total, try_on_progress
 from hemline.errors import BadInput
-
-from .clip import Up
-from .progress import note, total, try_on_progress
 
 MAX_FPS = 1000
 """Highest frame rate accepted [frames/s]; higher ones are most likely mistakes."""

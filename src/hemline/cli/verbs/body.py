@@ -7,8 +7,8 @@ from typing import Annotated
 
 import tyro
 
-from .output import check_paths
-from .progress import note
+from hemline.cli.output import check_paths
+from hemline.cli.progress import note
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import tyro
 
-from .clip import Up
-from .progress import note
+from hemline.cli.clip import Up
+from hemline.cli.progress import note
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,8 @@ class PageOptions:
 def run(options: PageOptions) -> int:
     """Collects models and clips, writes the page, and reports its contents."""
     from hemline import animators, motions, web
+    from hemline.cli.model import body_of
     from hemline.errors import BadInput
-
-    from .model import body_of
 
     web.check_page(options.output)
     if not options.models:

@@ -7,10 +7,9 @@ from typing import Annotated
 
 import tyro
 
+from hemline.cli.clip import Up
+from hemline.cli.progress import note
 from hemline.errors import BadInput
-
-from .clip import Up
-from .progress import note
 
 _GLTF = (".glb", ".gltf", ".vrm", ".vrma")
 _GARMENTS = (".toml", ".obj", ".ply", ".stl", ".mhclo")
@@ -69,8 +68,8 @@ def _explain_clip(options: ExplainOptions, picture: Path) -> tuple[str, ...]:
 
 
 def _explain_garment(options: ExplainOptions, picture: Path) -> tuple[str, ...]:
-    if importlib.util.find_spec("hemline.cli.explain_garment") is None:
+    if importlib.util.find_spec("hemline.cli.verbs.explain_garment") is None:
         cure = "try it on: 'hemline tryon' says what it understood"
         raise BadInput("explain knows clips", options.file, cure)
-    module = importlib.import_module("hemline.cli.explain_garment")
+    module = importlib.import_module("hemline.cli.verbs.explain_garment")
     return tuple(module.explain_garment(options.file, picture))

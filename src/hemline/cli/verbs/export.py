@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from hemline.cli.output import Output
 from hemline.errors import BadInput
-
-from .output import Output
 
 if TYPE_CHECKING:
     from hemline.datasets import Take
@@ -74,9 +73,8 @@ def run(options: ExportOptions) -> int:
 
 
 def _transfer(options: ExportOptions, garment: "Garment", take: "Take") -> "Clip":
+    from hemline.cli.model import open_model
     from hemline.playback import record, redress_take
-
-    from .model import open_model
 
     if options.lead_in:
         raise BadInput("another shape is shown without the lead-in", "--lead-in and --model", "leave --lead-in out")

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from .clip import Up
-from .progress import note
+from hemline.cli.clip import Up
+from hemline.cli.progress import note
 
 if TYPE_CHECKING:
     from hemline.animators import Animator
@@ -92,6 +92,6 @@ def open_catalog(options: ViewOptions) -> "Catalog":
 
 
 def _open_dressed(word: str, garment: str | None, options: ViewOptions) -> "Animator":
-    from .model import open_model
+    from hemline.cli.model import open_model
 
     return open_model(word, garment, options.body, options.betas, over=options.over)[0]

@@ -27,10 +27,9 @@ class CharacterOptions:
 def run(options: CharacterOptions) -> int:
     """Settles the garment in the T-pose and writes the file."""
     from hemline.animators import load
+    from hemline.cli.model import body_of
     from hemline.export import check_character_path, write_vrm
     from hemline.playback import character
-
-    from .model import body_of
 
     check_character_path(options.output)
     model = load(options.model)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from .progress import note
+from hemline.cli.progress import note
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .progress import note
+from hemline.cli.progress import note
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -6,11 +6,10 @@ from typing import Annotated
 
 import tyro
 
+from hemline.cli.clip import Up, cut
+from hemline.cli.output import Output
+from hemline.cli.progress import bars, note
 from hemline.errors import BadInput
-
-from .clip import Up, cut
-from .output import Output
-from .progress import bars, note
 
 
 @dataclass(frozen=True)
@@ -81,9 +80,8 @@ def run(options: AnimateOptions) -> int:
     from hemline import motions
     from hemline.animators import load
     from hemline.animators.redressed import AnimatorRedressed
+    from hemline.cli.model import open_model, report_relatives, warn_new_poses
     from hemline.playback import Frame, level_of, play, record
-
-    from .model import open_model, report_relatives, warn_new_poses
 
     motion = cut(motions.open_motion(options.motion, up=options.up), options.start, options.seconds)
     path = options.output or _output_beside(options.motion)

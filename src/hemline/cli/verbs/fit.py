@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from .progress import stages
+from hemline.cli.progress import stages
 
 DEFAULT = "ropes"
 

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from hemline.cli.clip import Up
+from hemline.cli.progress import bars, note, stages, try_on_progress
 from hemline.errors import BadInput
-
-from .clip import Up
-from .progress import bars, note, stages, try_on_progress
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
