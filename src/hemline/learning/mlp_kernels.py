@@ -19,7 +19,11 @@ _INT32 = ir.IntType(32)
 
 @intrinsic
 def _half_as_float(typing, bits):
-    """Shifts the bits (int16) of a float16 number into a float32 number, divided by HALF_SCALE^2."""
+    """Shifts the bits of a float16 number into a float32 number.
+
+    Reads: bits, int16.
+    Returns: the number, divided by HALF_SCALE^2.
+    """
 
     def generate(context, builder, signature, arguments):
         wide = builder.shl(builder.sext(arguments[0], _INT32), ir.Constant(_INT32, 13))

@@ -21,7 +21,10 @@ def ask_for(builder, pointer):
 
 @intrinsic
 def ask_for_entry(typing, array, index):
-    """Prefetches the cache line that holds entry `index` of a contiguous array of one axis."""
+    """Prefetches a cache line.
+
+    Reads: array (n,), contiguous; index: an entry in the line.
+    """
 
     def generate(context, builder, signature, arguments):
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data

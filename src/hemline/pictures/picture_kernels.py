@@ -97,7 +97,11 @@ def box_blur(image, radius, sums, blurred_out):
 
 @kernel(inline="always")
 def bilinear(image, x, y):
-    """Returns the bilinear value of an image (height, width) at continuous coordinates [pixels]; 0 outside."""
+    """Interpolates an image bilinearly.
+
+    Reads: image (height, width); x, y [pixels].
+    Returns: the value there; 0 outside.
+    """
     height, width = image.shape
     x, y = x - np.float32(0.5), y - np.float32(0.5)
     if not (x >= 0.0 and y >= 0.0 and x < width - 1 and y < height - 1):

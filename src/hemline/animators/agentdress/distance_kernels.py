@@ -9,7 +9,11 @@ from hemline.compiled import kernel
 
 @kernel(forceinline=True)
 def without_heading(w, x, y, z):
-    """Returns a rotation without its heading: the inverse of the normalised (w, 0, y, 0), times the rotation."""
+    """Removes the heading of a rotation: multiplies it by the inverse of the normalised (w, 0, y, 0).
+
+    Reads: w, x, y, z: of unit length.
+    Returns: w, x, y, z without the heading.
+    """
     length = math.sqrt(w * w + y * y)
     if length < 1e-9:
         return w, x, y, z

@@ -5,7 +5,7 @@ import numpy as np
 from hemline.bodies.dual_quaternion_kernels import dual_quaternions
 from hemline.compiled import kernel
 
-from .kernel_inputs import GarmentTables, RestGarment
+from .kernel_inputs import GarmentTables
 
 _index = np.uintp
 NO_CLEARANCE = np.float32(-1)
@@ -43,17 +43,18 @@ def pack_bones(t, bones_out, opposite_out):
 
 
 @kernel(fastmath={"reassoc", "contract", "nsz"})
-def pose_garment(tables: GarmentTables, worn: RestGarment, mixed, t, skin, vertices_out):
+def pose_garment(tables: GarmentTables, rest, offset, normals, mixed, t, skin, vertices_out):
     """Poses a garment and moves it out of the skin along the normals of the body.
 
     Model: x = sum_b w_b A_b rest + R (offset + sum_k d_k sum_g r_g m_gk), R of the normalised sum of w_b q_b
 
-    Reads: tables; worn; mixed (regions, columns): scaled basis coefficients of each region, from pose and shape [m];
-        t (joints, 3, 4): skin transforms; skin (body_verts, 3): the posed body [m].
+    Reads: tables; rest (verts, 3): the garment in the rest pose of the body [m]; offset (verts, 3): mean offsets from
+        the skinned garment, in rotated vertex frames [m]; normals (verts, 3) of the body under each vertex, in the rest
+        pose; mixed (regions, columns): scaled basis coefficients of each region, from pose and shape [m]; t (joints, 3,
+        4): skin transforms; skin (body_verts, 3): the posed body [m].
     Writes: vertices_out (verts, 3): vertices in the world [m].
     """
     indices, weights, nearest, regions, digits, clearances = tables
-    rest, offset, normals = worn
     joints, two = t.shape[0], np.float32(2)
     bones, opposite = np.empty((joints, 16), np.float32), np.empty((joints, joints), np.bool_)
     pack_bones(t, bones, opposite)

@@ -1,10 +1,10 @@
-"""Named tuples that the kernels of AgentDress take: the garment's tables, the garment at rest, the rigged anchors."""
+"""Named tuples that the kernels of AgentDress take: the garment's tables, the rigged anchors."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from hemline.arrays import Float, Int, Vertices
+from hemline.arrays import Float, Int
 
 
 class GarmentTables(NamedTuple):
@@ -22,17 +22,6 @@ class GarmentTables(NamedTuple):
     """The basis, int8."""
     clearances: Float[np.ndarray, " verts"]
     """Least distance of each vertex from the skin [m]; `garment_kernels.NO_CLEARANCE` for none."""
-
-
-class RestGarment(NamedTuple):
-    """A garment in the rest pose of one shape of the body."""
-
-    rest: Vertices
-    """Vertices that skinning moves [m]."""
-    offset: Vertices
-    """Offsets from skinning in rotated vertex frames [m]."""
-    normals: Vertices
-    """Normals of the body under each vertex."""
 
 
 class AnchorTables(NamedTuple):

@@ -35,7 +35,7 @@ from .detail import AnimatorAgentDressLevel
 from .distance_kernels import axes_distances, mix, pose_axes
 from .distances import anchor_weights
 from .garment_kernels import pose_garment
-from .kernel_inputs import GarmentTables, RestGarment
+from .kernel_inputs import GarmentTables
 from .materials import Materials
 from .pose_model import kernel
 from .shape_model import pad_betas, shape_features
@@ -311,9 +311,10 @@ class AnimatorAgentDress:
         """Returns the posed garment of a State [m]; `offset`, if given, replaces the pose model [m]."""
         assert state.distances is not None
         tables, vertices = self.tables, np.empty_like(state.rest)
-        worn = RestGarment(state.rest, tables.offset if offset is None else offset, state.normals)
         mixed = self._basis_coefficients(state.distances, state.effects, posing=offset is None)
-        pose_garment(self._kernel_tables, worn, mixed, posed.transforms, posed.vertices, vertices)
+        base = tables.offset if offset is None else offset
+        given = state.rest, base, state.normals, mixed, posed.transforms, posed.vertices
+        pose_garment(self._kernel_tables, *given, vertices)
         return vertices
 
     def _axes(self, lifted: Quaternions) -> Float[np.ndarray, "counting 9"]:

@@ -28,7 +28,11 @@ _EVEN = tuple(F(c) for c in (1.19825839466702e-06, 1.18534705686654e-04, 2.26843
 
 @intrinsic
 def _power_of_two(typing, exponent):
-    """Returns 2 to the power of an int32 between -126 and 127."""
+    """Computes a power of two.
+
+    Reads: exponent, int32 between -126 and 127.
+    Returns: 2 to this power, float32.
+    """
 
     def generate(context, builder, signature, arguments):
         wide = ir.IntType(32)
@@ -40,9 +44,12 @@ def _power_of_two(typing, exponent):
 
 @kernel(inline="always")
 def exponential(x):
-    """Returns e to the power of x, clipped to -87 and 87, within 2 units of the last place.
+    """Computes the exponential, within 2 units of the last place.
 
     The range is reduced by powers of two; the rest is a polynomial (Cephes, `expf`).
+
+    Reads: x, float32, clipped to -87 and 87.
+    Returns: e to the power of x.
     """
     x = min(max(x, -_REACH), _REACH)
     whole = np.int32(np.floor(x * _LOG2E + F(0.5)))
@@ -59,7 +66,11 @@ def exponential(x):
 
 @kernel(inline="always")
 def tangent(x):
-    """Returns the hyperbolic tangent within 4 units of the last place, a quotient of polynomials (Eigen's `ptanh`)."""
+    """Computes the hyperbolic tangent within 4 units of the last place, a quotient of polynomials (Eigen's `ptanh`).
+
+    Reads: x, float32.
+    Returns: its hyperbolic tangent.
+    """
     x = min(max(x, -_FLAT), _FLAT)
     s = x * x
     p = _ODD[0]
@@ -78,6 +89,10 @@ def tangent(x):
 
 @kernel(fastmath={"contract", "nsz"})
 def fill_exponentials(values, out):
-    """Writes `exp(values)` to `out`; both have one axis and are contiguous."""
+    """Computes exponentials.
+
+    Reads: values (n,), contiguous.
+    Writes: out (n,), contiguous; may be the same array.
+    """
     for i in range(values.shape[0]):
         out[i] = exponential(values[i])

@@ -40,7 +40,11 @@ def project_slab(inputs: LayerInputs, weights: LayerWeights, projected_out):
 
 @kernel
 def scale_rows(scale, weights):
-    """Returns a matrix (F, D) whose rows are multiplied by factors (F,)."""
+    """Multiplies each row of a matrix by a factor.
+
+    Reads: scale (F,); weights (F, D).
+    Returns: the product (F, D).
+    """
     out = np.empty_like(weights)
     for i in range(weights.shape[0]):
         for j in range(weights.shape[1]):
@@ -67,7 +71,11 @@ def fill_halves(projected, vectors, halves_out):
 
 @kernel(fastmath=FAST_MATH)
 def length_of(vectors):
-    """Returns the norm of both vectors (2, D) of scores together, the spectral norm of the linear score function."""
+    """Computes the norm of both vectors of scores together, the spectral norm of the linear score function.
+
+    Reads: vectors (2, D).
+    Returns: the norm.
+    """
     square = F(0.0)
     for d in range(vectors.shape[1]):
         square += vectors[0, d] * vectors[0, d] + vectors[1, d] * vectors[1, d]
@@ -145,14 +153,22 @@ def add_gathered(rings: Rings, attention, projected, out):
 
 @kernel(inline="always")
 def inputs_at(inputs: LayerInputs, frame, head):
-    """Returns the inputs of one head of one frame, without a copy."""
+    """Takes the inputs of one head of one frame, without a copy.
+
+    Reads: inputs; frame; head.
+    Returns: x (verts, F), scale (F,) or empty, extra (verts, L).
+    """
     x = inputs.x[min(frame, inputs.x.shape[0] - 1), min(head, inputs.x.shape[1] - 1)]
     return LayerInputs(x, inputs.scale[frame], inputs.extra[frame])
 
 
 @kernel(inline="always")
 def weights_at(weights: LayerWeights, head):
-    """Returns the weights of one head, without a copy."""
+    """Takes the weights of one head, without a copy.
+
+    Reads: weights; head.
+    Returns: weights (F, D), extra_weights (L, D), vectors (2, D).
+    """
     return LayerWeights(weights.weights[head], weights.extra_weights[head], weights.vectors[head])
 
 
@@ -301,7 +317,11 @@ def project_slab_back(inputs: LayerInputs, weights: LayerWeights, projected_back
 
 @kernel(inline="always")
 def gradients_at(gradients: LayerGradients, chunk, frame, head):
-    """Returns the gradients of one head of one frame, which lies in a chunk of frames, without a copy."""
+    """Takes the gradients of one head of one frame, without a copy.
+
+    Reads: gradients; chunk, in which the frame lies; frame; head.
+    Returns: gradients as `project_slab_back` changes them.
+    """
     x = gradients.x
     return LayerGradients(
         x[min(chunk, x.shape[0] - 1), min(frame, x.shape[1] - 1), min(head, x.shape[2] - 1)],

@@ -33,11 +33,6 @@ class Descriptor:
     samples: Int[np.ndarray, " samples"]
     """Vertex ids of the points in the order in which they were chosen."""
 
-    @property
-    def padding(self) -> int:
-        """Number of zeros that fill up the eigenvalues."""
-        return len(self.eigenvalues) - len(self.samples)
-
     def pad_to(self, size: int) -> Float[np.ndarray, " size"]:
         """Returns the eigenvalues, filled up with zeros to a size [1], float32."""
         return np.pad(self.eigenvalues, (0, max(0, size - len(self.eigenvalues))))

@@ -25,8 +25,6 @@ _FORCES = (
     "shrink",
     "parent_damping",
     "rest_angle",
-    "friction",
-    "margin",
     "bend_damping",
     "lateral_damping",
     "root_damping",
@@ -95,7 +93,7 @@ class RopeConstants:
         check_options(self, "rope constant", error=BadModel)
 
     def numbers(self) -> np.ndarray:
-        """Returns the constants of the forces (19,), in the order of `rope_force_kernels`."""
+        """Returns the constants of the forces (17,), in the order of `rope_force_kernels`."""
         return np.array([*self.gravity, *self.wind, *(getattr(self, name) for name in _FORCES)])
 
     def step_settings(self) -> StepSettings:

@@ -23,7 +23,11 @@ SPEED_LIMIT = 200.0
 
 @kernel(inline="always")
 def chain_geometry(ropes: RopeGeometry, first, last):
-    """Returns the rows of one chain, from node first to last - 1, without a copy."""
+    """Takes the rows of one chain, without a copy.
+
+    Reads: ropes; first, last: its first node, and the node after its last one.
+    Returns: the rows of the chain.
+    """
     return RopeGeometry(
         ropes.directions[first:last],
         ropes.spans[first:last],
@@ -36,7 +40,11 @@ def chain_geometry(ropes: RopeGeometry, first, last):
 
 @kernel(inline="always")
 def chain_work(work: SolverWork, count):
-    """Returns the first count places of the working memory, without a copy."""
+    """Takes the first places of the working memory, without a copy.
+
+    Reads: work; count: number of places.
+    Returns: these places.
+    """
     return SolverWork(
         work.wanted[:count], work.upper[:count], work.values[:count], work.active[:count], work.signless[:count]
     )

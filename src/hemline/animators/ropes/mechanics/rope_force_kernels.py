@@ -3,7 +3,7 @@
 Every spring constant is a relative acceleration per metre [1/s^2] and saturates as k / (1 + k h^2 / bound), so that no
 constant, however large, makes central differencing unstable. Drag and damping act as 1 - exp(-k h / 2) in a half step.
 
-Arguments that several kernels read: numbers (19,), the constants by the indices below; h, the substep [s];
+Arguments that several kernels read: numbers (17,), the constants by the indices below; h, the substep [s];
 chain_rotations (chains, 3, 3), rest to world at the root of each chain.
 """
 
@@ -16,8 +16,7 @@ from .kernel_inputs import Chains
 
 GRAVITY, WIND = 0, 3
 DRAG, AIR_DRAG, AIR_LIFT, LATERAL, LATERAL_STRETCH, SHRINK = 6, 7, 8, 9, 10, 11
-PARENT_DAMPING, REST_ANGLE, FRICTION, MARGIN = 12, 13, 14, 15
-BEND_DAMPING, LATERAL_DAMPING, ROOT_DAMPING = 16, 17, 18
+PARENT_DAMPING, REST_ANGLE, BEND_DAMPING, LATERAL_DAMPING, ROOT_DAMPING = 12, 13, 14, 15, 16
 
 LATERAL_BOUND, SHRINK_BOUND, REST_ANGLE_BOUND = 0.4, 0.3, 0.1
 """Largest k h^2 of each kind of spring. With the tension of a rope at its substep, the sum of all modes is below 4."""

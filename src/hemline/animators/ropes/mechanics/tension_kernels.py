@@ -165,7 +165,11 @@ def rope_matrix(directions, inverse_masses, diagonal_out, beside_out):
 
 @kernel
 def tangent(angle):
-    """Returns the tangent of an angle [rad]; a series for small angles, which is faster."""
+    """Computes the tangent; a series for small angles, which is faster.
+
+    Reads: angle [rad].
+    Returns: its tangent.
+    """
     square = angle * angle
     if square < 0.01:
         return angle * (1.0 + square * (1.0 / 3.0 + square * (2.0 / 15.0 + square * 17.0 / 315.0)))

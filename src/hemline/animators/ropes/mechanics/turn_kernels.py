@@ -28,7 +28,7 @@ def turn_about(x, y, z, vx, vy, vz, time, length):
 def put_back(x, y, z, vx, vy, vz, time, length):
     """Moves a node straight on, then puts it back on the sphere of its rope, which turns it by less than its path.
 
-    Reads: the arguments of `turn_about`.
+    Reads: x, y, z: offset from the centre [m]; vx, vy, vz: velocity [m/s]; time [s]; length of the rope [m].
     Returns: the new offset, of size length [m].
     """
     x, y, z = x + time * vx, y + time * vy, z + time * vz
