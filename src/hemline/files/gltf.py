@@ -23,7 +23,7 @@ from .reading import read_bytes
 ENDINGS = (".glb", ".vrm", ".gltf", ".vrma")
 """File endings of glTF files."""
 SCENES = (*ENDINGS, fbx.ENDING)
-"""Those, and the endings of files that are read by way of glTF."""
+"""File endings of glTF files, and of those that are read by way of glTF."""
 
 AGAIN = "export it again, as GLB"
 _KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}

@@ -11,7 +11,7 @@ from hemline.errors import BadMotion, HemlineWarning
 from .figure import pose_figure
 from .motion import JOINT_COUNT, JOINT_NAMES, Motion
 from .quaternions import continuous, multiply, rotate
-from .rigs.upright import AXES, Stance, find_up, turn_to_y
+from .rigs.upright import AXES, BodyPlaces, find_up, turn_to_y
 from .smpl_arrays import JOINTS, read_smpl_arrays
 
 _PELVIS = np.array([0.0, -0.22, 0.03])
@@ -53,7 +53,7 @@ def read_amass(path: str | Path, *, up: str | None = None) -> Motion:
     rotations[:, :JOINTS] = arrays.rotations
     pelvis = arrays.translations + _PELVIS
     _refuse_other_units(pelvis, arrays.fps, path)
-    upright = find_up(_stance(rotations, pelvis), "z" if arrays.amass else "y", up, str(path))
+    upright = find_up(_body_points(rotations, pelvis), "z" if arrays.amass else "y", up, str(path))
     if upright.doubt:
         warnings.warn(HemlineWarning(*upright.doubt), stacklevel=2)
     turn = turn_to_y(np.array(AXES[upright.axis]))
@@ -82,11 +82,11 @@ def read_amass(path: str | Path, *, up: str | None = None) -> Motion:
     )
 
 
-def _stance(rotations: Float[np.ndarray, "frames joints 4"], pelvis: Float[np.ndarray, "frames 3"]) -> Stance:
+def _body_points(rotations: Float[np.ndarray, "frames joints 4"], pelvis: Float[np.ndarray, "frames 3"]) -> BodyPlaces:
     every = slice(None, None, -(-len(pelvis) // _LOOKED_AT))
     joints = pose_figure(rotations[every], pelvis[every], _MEAN_LEG)
     at = {name: joints[:, index] for index, name in enumerate(JOINT_NAMES)}
-    return Stance(
+    return BodyPlaces(
         pelvis=0.5 * (at["left_hip"] + at["right_hip"]),
         head=at["head"],
         ankles=0.5 * (at["left_ankle"] + at["right_ankle"]),

@@ -19,7 +19,8 @@ def bone_mesh(places: Joints, parents: Sequence[int], radius: float = 0.014) -> 
         parents: Parent of each joint; -1: none.
         radius: Radius of a bone where it is thickest [m].
     """
-    vertices, faces = [np.zeros((0, 3))], [np.zeros((0, 3), np.int32)]
+    vertices: list[np.ndarray] = [np.zeros((0, 3))]
+    faces: list[np.ndarray] = [np.zeros((0, 3), np.int32)]
     count = 0
     for joint, parent in enumerate(parents):
         if parent < 0 or not (length := np.linalg.norm(places[joint] - places[parent])) > 1e-4:

@@ -98,7 +98,7 @@ def _align(
         return IDENTITY if turned is None else turned
     if not np.linalg.norm(rig_bone) > 0:
         return IDENTITY if standing is None else standing
-    seen = turn_axes(bone, rig_bone, side, rig.seen_from(joint, carried))
+    seen = turn_axes(bone, rig_bone, side, rig.mean_in(joint, carried))
     natural = None
     if standing is not None:
         natural = multiply(between(rotate(standing, bone), rig_bone), standing)
@@ -115,7 +115,7 @@ def _collar(rig: Rig, side: str, trunk: TrunkAxes) -> Quaternion:
         out,
         rig.bone(f"{side}_collar", f"{side}_shoulder"),
         UP,
-        rig.seen_from(joint, _side_of(rig, chest, trunk.turns[chest], UP)),
+        rig.mean_in(joint, _side_of(rig, chest, trunk.turns[chest], UP)),
     )
     natural = trunk.standing
     if seen is None:
@@ -149,7 +149,7 @@ def _hand(rig: Rig, side: str, elbow: Quaternion, quarters: bool) -> Quaternion:
         if np.linalg.norm(aside - (aside @ along) * along) >= _STRAIGHT:
             return _or_between(turn_axes(out, fingers, _THUMB_AT_REST, aside), out, fingers)
     natural = turn_axes(out, fingers, FORWARD, rotate(elbow, FORWARD))
-    seen = turn_axes(out, fingers, FORWARD, rig.seen_from(joint, _side_of(rig, forearm, elbow, FORWARD)))
+    seen = turn_axes(out, fingers, FORWARD, rig.mean_in(joint, _side_of(rig, forearm, elbow, FORWARD)))
     if natural is None or seen is None:
         return _or_between(natural if seen is None else seen, out, fingers)
     if apart_deg(natural, seen) < _TWIST_DEG:
@@ -197,7 +197,7 @@ def _foot(
             return dict.fromkeys(names, hung)
     down = np.radians(_USUAL_SLOPE_DEG if slope is None else slope)
     flat = np.array([0.0, -np.sin(down), np.cos(down)])
-    turn = turn_axes(flat, sole, LEFT, rig.seen_from(ankle, rotate(shank, LEFT)))
+    turn = turn_axes(flat, sole, LEFT, rig.mean_in(ankle, rotate(shank, LEFT)))
     turns = {ankle: between(flat, sole) if turn is None else turn}
     for toes in names[1:]:
         foot = multiply(rig.rotations[:, ankle], turns[ankle])

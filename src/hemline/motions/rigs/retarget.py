@@ -22,7 +22,7 @@ from .rest_pose import is_rest_pose
 from .rig import Rig, pose_rig
 from .trunk_axes import TrunkAxes, trunk_axes
 from .units import METRIC, UNITS, USUAL_LEG, unit_of
-from .upright import AXES, Stance, Upright, find_up, turn_to_y
+from .upright import AXES, BodyPlaces, Upright, find_up, turn_to_y
 
 _TPOSE_DEG = 3.0
 _RUN_IN_DEG_S = 400.0
@@ -112,10 +112,10 @@ def retarget_beside(
     rests = resting and trunk.standing is not None and is_rest_pose(rig, trunk.standing)
     if resting and not rests:
         trunk = trunk_axes(looked_at, trust_zero=False)
-    start = 0 if trunk.standing is None else _tpose_frames(_used(bvh.rotations, match), bvh.fps)
+    start = 0 if trunk.standing is None else _tpose_frames(_body_rotations(bvh.rotations, match), bvh.fps)
     rig = rig.cut(slice(start, None))
     looked_at = rig.sample(_LOOKED_AT)
-    upright = find_up(_stance(looked_at), _expected_up(trunk), up, file)
+    upright = find_up(_body_points(looked_at), _zero_up(trunk), up, file)
     turn = _world_turn(trunk, upright)
     if rests and trunk.standing is not None:
         axes = {**trunk.turns, **rest_axes(rig, trunk.standing)}
@@ -175,13 +175,15 @@ def _match_note(match: JointMatch) -> tuple[str, ...]:
     return (f"joints found by {match.how}",) if match.how else ()
 
 
-def _used(rotations: Float[np.ndarray, "frames joints 4"], match: JointMatch) -> Float[np.ndarray, "frames used 4"]:
+def _body_rotations(
+    rotations: Float[np.ndarray, "frames joints 4"], match: JointMatch
+) -> Float[np.ndarray, "frames used 4"]:
     return rotations[:, sorted({*match.joints.values(), *match.spine})]
 
 
-def _stance(rig: Rig) -> Stance:
+def _body_points(rig: Rig) -> BodyPlaces:
     body = sorted({*rig.match.joints.values(), *rig.match.spine})
-    return Stance(
+    return BodyPlaces(
         pelvis=0.5 * (rig.path("left_hip") + rig.path("right_hip")),
         head=rig.path("head"),
         ankles=0.5 * (rig.path("left_ankle") + rig.path("right_ankle")),
@@ -199,14 +201,14 @@ def _axis_name(axis: Vector) -> str:
     return ("-" if axis[best] < 0 else "") + "xyz"[best]
 
 
-def _expected_up(trunk: TrunkAxes) -> str:
+def _zero_up(trunk: TrunkAxes) -> str:
     """Returns the axis that is up in the zero pose, if a body stands in it; else y."""
     return "y" if trunk.standing is None else _axis_name(_up_of(trunk.standing))
 
 
 def _world_turn(trunk: TrunkAxes, upright: Upright) -> Quaternion:
     """Returns the rotation of the clip's world to y up; if up is that of the zero pose, this one comes to face z."""
-    if trunk.standing is not None and _expected_up(trunk) == upright.axis:
+    if trunk.standing is not None and _zero_up(trunk) == upright.axis:
         quarter = nearest_quarter(trunk.standing)
         if _axis_name(_up_of(quarter)) == upright.axis:
             return inverse(quarter)
@@ -221,7 +223,7 @@ def _axes_note(trunk: TrunkAxes, upright: Upright, rests: bool) -> str:
         return ""
     left = rotate(trunk.standing, np.array([1.0, 0, 0]))
     zero = f"zero pose has {_axis_name(_up_of(trunk.standing))} up and {_axis_name(left)} left"
-    return f"{zero}: turned to y up, facing z" if _expected_up(trunk) == upright.axis else zero
+    return f"{zero}: turned to y up, facing z" if _zero_up(trunk) == upright.axis else zero
 
 
 def _say_doubt(upright: Upright) -> str:
@@ -264,7 +266,7 @@ def _local(turned: Float[np.ndarray, "frames 24 4"]) -> Float[np.ndarray, "frame
 def _global_rotations(rig: Rig, turn: Quaternion, axes: Mapping[int, Quaternion]) -> Float[np.ndarray, "frames 24 4"]:
     joints = rig.match.joints
 
-    def turned(joint: int) -> Quaternion:
+    def turn_joint(joint: int) -> Quaternion:
         return multiply(turn, multiply(rig.rotations[:, joint], axes[joint]))
 
     rotations = np.empty((len(rig.rotations), len(JOINT_NAMES), 4))
@@ -273,11 +275,11 @@ def _global_rotations(rig: Rig, turn: Quaternion, axes: Mapping[int, Quaternion]
         if name.startswith("spine"):
             place = int(name[-1]) * len(rig.match.spine) / 3  # spread evenly over the joints that the rig has
             below = min(int(place + 1e-9), len(chain) - 2)
-            rotations[:, joint] = slerp(turned(chain[below]), turned(chain[below + 1]), place - below)
+            rotations[:, joint] = slerp(turn_joint(chain[below]), turn_joint(chain[below + 1]), place - below)
         elif name in joints:
-            rotations[:, joint] = turned(joints[name])
+            rotations[:, joint] = turn_joint(joints[name])
         elif name == "neck":
-            rotations[:, joint] = slerp(rotations[:, PARENTS[joint]], turned(joints["head"]), 0.5)
+            rotations[:, joint] = slerp(rotations[:, PARENTS[joint]], turn_joint(joints["head"]), 0.5)
         else:
             rotations[:, joint] = rotations[:, PARENTS[joint]]
     return rotations

@@ -91,14 +91,14 @@ class Rig:
     def _children(self, joint: int) -> list[int]:
         return [child for child, parent in enumerate(self.skeleton.parents) if parent == joint]
 
-    def seen_from(self, joint: int, vectors: Float[np.ndarray, "frames 3"]) -> Vector:
+    def mean_in(self, joint: int, vectors: Float[np.ndarray, "frames 3"]) -> Vector:
         """Returns the mean of moving vectors in a joint's own frame."""
         return rotate(inverse(self.rotations[:, joint]), vectors).mean(axis=0)
 
     def mean_direction(self, joint: int, points: Float[np.ndarray, "frames 3"]) -> Vector:
         """Returns the mean direction from a joint to moving points, in the joint's own frame."""
         away = points - self.positions[:, joint]
-        return self.seen_from(joint, away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-12))
+        return self.mean_in(joint, away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-12))
 
     def zero_tip(self, joint: int) -> Vector:
         """Returns the position of a joint's tip in the zero pose; the joint itself where it has none."""

@@ -57,7 +57,7 @@ def joints_by_lengths(bvh: Bvh) -> dict[str, int] | None:
     legs_limbs, arms_limbs = ([tree.limb(joint) or [] for joint in pair[1]] for pair in (legs, arms))
     every = slice(None, None, -(-len(bvh.rotations) // _FRAMES))
     sample = Bvh(bvh.skeleton, bvh.rotations[every], {0: bvh.positions[0][every]}, bvh.fps)
-    left = _left(tree, *pose_joints(sample, (0,)), legs_limbs, arms_limbs, arms[0])
+    left = _side_test(tree, *pose_joints(sample, (0,)), legs_limbs, arms_limbs, arms[0])
     joints = {"head": head}
     for names, limbs in ((("hip", "knee", "ankle"), legs_limbs), (("shoulder", "elbow", "wrist"), arms_limbs)):
         for side, limb in zip(("left", "right") if left(limbs) else ("right", "left"), limbs, strict=True):
@@ -85,7 +85,7 @@ def _pairs(tree: Tree, size: float) -> list[tuple[int, tuple[int, int]]]:
     return found
 
 
-def _left(
+def _side_test(
     tree: Tree, rotations: Quaternion, positions: Vector, legs: list[list[int]], arms: list[list[int]], chest: int
 ) -> Callable[[list[list[int]]], bool]:
     """Returns a function that says whether the first of two limbs is the left one."""

@@ -49,7 +49,7 @@ def trunk_axes(rig: Rig, *, trust_zero: bool = True) -> TrunkAxes:
         rig: The rig, in some frames.
         trust_zero: Whether the zero pose may be a T-pose; False for rigs whose zero pose is some frame of a clip.
     """
-    seen = _seen(rig)
+    seen = _bone_axes(rig)
     body = [seen[joint] for joint in _chain(rig)]
     standing = _standing(rig, seen) if trust_zero else None
     off = [apart_deg(turn, nearest_quarter(turn)) for turn in body]
@@ -83,7 +83,7 @@ def _standing(rig: Rig, seen: Mapping[int, Quaternion]) -> Quaternion | None:
     return None
 
 
-def _seen(rig: Rig) -> dict[int, Quaternion]:
+def _bone_axes(rig: Rig) -> dict[int, Quaternion]:
     """Returns what bones show of each joint of the trunk."""
     chain, head = _chain(rig), rig.index("head")
     short = _SHORT * rig.leg_length()
@@ -95,12 +95,12 @@ def _seen(rig: Rig) -> dict[int, Quaternion]:
             rig, chain[-1], _shoulder_line(rig, short), rig.positions[:, chain[-1]], above[len(chain) - 1 :], short
         ),
     }
-    left = _left(rig, seen, chain[0]) + _left(rig, seen, chain[-1])
+    left = _side_axis(rig, seen, chain[0]) + _side_axis(rig, seen, chain[-1])
     for place, joint in enumerate(chain[1:-1], 1):
         seen[joint] = _by_up(rig, joint, above[place:], left, short)
     if "neck" in rig.match.joints:
         neck = rig.index("neck")
-        seen[neck] = _by_up(rig, neck, [rig.path("head")], _left(rig, seen, chain[-1]), short)
+        seen[neck] = _by_up(rig, neck, [rig.path("head")], _side_axis(rig, seen, chain[-1]), short)
     chest = multiply(rig.rotations[:, chain[-1]], seen[chain[-1]])
     seen[head] = mean_rotation(multiply(inverse(rig.rotations[:, head]), chest))
     return seen
@@ -116,7 +116,7 @@ def _shoulder_line(rig: Rig, short: float) -> Float[np.ndarray, "frames 3"]:
     return rig.path("left_elbow") - rig.path("right_elbow")
 
 
-def _left(rig: Rig, seen: Mapping[int, Quaternion], joint: int) -> Float[np.ndarray, "frames 3"]:
+def _side_axis(rig: Rig, seen: Mapping[int, Quaternion], joint: int) -> Float[np.ndarray, "frames 3"]:
     return rotate(rig.rotations[:, joint], rotate(seen[joint], LEFT))
 
 
@@ -124,9 +124,9 @@ def _by_sides(
     rig: Rig, joint: int, line: np.ndarray, start: np.ndarray, above: list[np.ndarray], short: float
 ) -> Quaternion:
     """Returns O of a joint by the line across it, and by the first point above that is not in it."""
-    left = rig.seen_from(joint, line)
+    left = rig.mean_in(joint, line)
     for points in above:
-        up = rig.seen_from(joint, points - start)
+        up = rig.mean_in(joint, points - start)
         if np.linalg.norm(up - (up @ left) * left / max(left @ left, 1e-12)) > short:
             return _or_zero(turn_axes(LEFT, left, UP, up))
     return _or_zero(None)
@@ -134,9 +134,9 @@ def _by_sides(
 
 def _by_up(rig: Rig, joint: int, above: list[np.ndarray], left: np.ndarray, short: float) -> Quaternion:
     """Returns O of a joint by the first point above that is not in it, and by the mean of lines across the trunk."""
-    across = rig.seen_from(joint, left)
+    across = rig.mean_in(joint, left)
     for points in above:
-        up = rig.seen_from(joint, points - rig.positions[:, joint])
+        up = rig.mean_in(joint, points - rig.positions[:, joint])
         if np.linalg.norm(up) > short:
             return _or_zero(turn_axes(UP, up, LEFT, across))
     return _or_zero(None)

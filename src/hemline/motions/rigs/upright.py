@@ -25,7 +25,7 @@ _FLOOR = (-0.25, 0.3)
 _LYING_LOWEST, _LYING_PELVIS = (0.0, 0.2), (0.05, 0.7)
 """Ranges of the lowest joint and of the pelvis of a body that lies, crawls or sits on that floor."""
 _FLAT_LOWEST, _FLAT_PELVIS = (0.0, 0.12), (0.05, 0.3)
-"""The same of a body that lies flat, which is seldom so by chance."""
+"""Ranges of these for a body that lies flat, which is seldom so by chance."""
 _JOURNEY = 1.2
 """A body does not travel farther than this along its own length, as a fraction of the leg."""
 
@@ -46,7 +46,7 @@ class Upright:
 
 
 @dataclass(frozen=True, eq=False)
-class Stance:
+class BodyPlaces:
     """Points of a body in each frame, in the file's axes and unit.
 
     Attributes:
@@ -64,14 +64,14 @@ class Stance:
     leg: float
 
 
-def find_up(stance: Stance, expected: str, declared: str | None, file: str) -> Upright:
+def find_up(points: BodyPlaces, expected: str, declared: str | None, file: str) -> Upright:
     """Returns the axis that is up.
 
     A body that is erect along another axis than the expected one, in nearly all frames, shows that the file was made
     for another world, unless it lies on the floor of the expected one.
 
     Args:
-        stance: The body in some frames.
+        points: The body in some frames.
         expected: The axis that is up by the format, or by the zero pose.
         declared: The axis that the user names; None: found.
         file: Name of the file in messages.
@@ -83,14 +83,14 @@ def find_up(stance: Stance, expected: str, declared: str | None, file: str) -> U
         if declared not in AXES:
             raise BadMotion(f"the axis that is up in {file} must be one of {', '.join(AXES)}", declared, "name one")
         return Upright(declared, f"{declared} is up, as declared")
-    shares = {axis: _erect_share(stance, np.array(direction)) for axis, direction in AXES.items()}
+    shares = {axis: _erect_share(points, np.array(direction)) for axis, direction in AXES.items()}
     best = max(shares, key=lambda axis: (shares[axis], axis == expected, axis == "y"))
     if shares[expected] >= _RARE or best == expected:
         return Upright(expected)
-    if shares[best] >= _PLAIN and _stands(stance, np.array(AXES[best]), np.array(AXES[expected])):
+    if shares[best] >= _PLAIN and _stands(points, np.array(AXES[best]), np.array(AXES[expected])):
         found = f"the body stands along {best} in {100 * shares[best]:.0f} % of the frames: {best} is taken to be up"
         return Upright(best, found)
-    tilt = _lean(stance, np.array(AXES[expected]))
+    tilt = _lean(points, np.array(AXES[expected]))
     lies = "hangs head down" if tilt < -_ERECT else "lies or leans"
     doubt = (
         f"the body of {file} {lies} in {100 * (1 - shares[expected]):.0f} % of the frames, with {expected} up",
@@ -111,26 +111,26 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
 
 
-def _erect_share(stance: Stance, axis: Vector) -> float:
+def _erect_share(points: BodyPlaces, axis: Vector) -> float:
     """Returns the fraction of the frames in which trunk and body point along an axis."""
-    trunk, body = _unit(stance.head - stance.pelvis) @ axis, _unit(stance.head - stance.ankles) @ axis
+    trunk, body = _unit(points.head - points.pelvis) @ axis, _unit(points.head - points.ankles) @ axis
     return float(((trunk > _ERECT) & (body > _ERECT)).mean())
 
 
-def _lean(stance: Stance, axis: Vector) -> float:
-    return float(np.median(_unit(stance.head - stance.pelvis) @ axis))
+def _lean(points: BodyPlaces, axis: Vector) -> float:
+    return float(np.median(_unit(points.head - points.pelvis) @ axis))
 
 
-def _stands(stance: Stance, axis: Vector, expected: Vector) -> bool:
+def _stands(points: BodyPlaces, axis: Vector, expected: Vector) -> bool:
     """Whether a body that is erect along an axis stands, and does not lie on the floor of the expected world."""
-    along = (stance.pelvis @ axis) / stance.leg
+    along = (points.pelvis @ axis) / points.leg
     if np.ptp(along) > _JOURNEY:
         return False
-    bottom = float(np.median((stance.joints @ expected).min(axis=1))) / stance.leg
-    height = float(np.median(stance.pelvis @ expected)) / stance.leg
+    bottom = float(np.median((points.joints @ expected).min(axis=1))) / points.leg
+    height = float(np.median(points.pelvis @ expected)) / points.leg
     if _within(bottom, _FLAT_LOWEST) and _within(height, _FLAT_PELVIS):
         return False
-    lowest = float(np.median((stance.joints @ axis).min(axis=1))) / stance.leg
+    lowest = float(np.median((points.joints @ axis).min(axis=1))) / points.leg
     return _within(lowest, _FLOOR) or not (_within(bottom, _LYING_LOWEST) and _within(height, _LYING_PELVIS))
 
 
