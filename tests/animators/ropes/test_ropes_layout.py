@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.animators.ropes.layout.layout import build_ropes
-from hemline.animators.ropes.layout.rim import rim_of
+from hemline.animators.ropes.layout.layout import build_ropes, layout_fault
+from hemline.animators.ropes.layout.rim import rim_of, suspension_vertices
 from hemline.animators.ropes.layout.unroll import UnrolledGarment
 from hemline.errors import BadGarment, BadInput
 from hemline.garments.garment import Garment
+from hemline.garments.generate import Design, generate_garment
 from hemline.garments.material import MATERIALS
 from hemline.garments.pin_rules import NO_PINS
 from hemline.garments.pins import Pins
+from hemline.meshes import boundary_loops, geodesic_distances
 
 
 @functools.cache
@@ -265,3 +267,95 @@ def test_a_decomposition_into_more_bones_than_it_has_vertices_for_is_refused():
     tube = skirt(12, 6)
     with pytest.raises(BadInput, match="fewer bones"):
         build_ropes(tube, shaped(), frames=tube.vertices[None], chain_count=10, bone_counts=(13, 15))
+
+
+def sleeved():
+    """A generated top with sleeves, and the same one cut open down its front."""
+    top = generate_garment(Design(kind="top", length=0.6, sleeve=0.4, ease=0.16, waist_ease=0.2), shaped(), edge=0.045)
+    vertices, faces = top.vertices.astype(float), top.faces.copy()
+    line = np.flatnonzero((np.abs(vertices[:, 0]) < 1e-5) & (vertices[:, 2] > np.median(vertices[:, 2])))
+    doubles = dict(zip(line.tolist(), range(len(vertices), len(vertices) + len(line)), strict=True))
+    for face in np.flatnonzero(vertices[faces].mean(axis=1)[:, 0] < 0):
+        faces[face] = [doubles.get(int(vertex), int(vertex)) for vertex in faces[face]]
+    vertices = np.concatenate([vertices, vertices[line]])
+    vertices[line, 0] += 0.01
+    vertices[-len(line) :, 0] -= 0.01
+    jacket = replace(top, vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), pins=NO_PINS)
+    return top, jacket
+
+
+def swaying(garment):
+    """Frames of a garment whose parts sway by smooth fields."""
+    random = np.random.default_rng(1)
+    middles = garment.vertices[random.integers(len(garment.vertices), size=6)]
+    near = np.exp(-(np.linalg.norm(garment.vertices[:, None] - middles, axis=2) ** 2) / 0.02)
+    moves = random.normal(0, 0.05, (12, 6, 3))
+    return garment.vertices + np.einsum("vm,fmx->fvx", near, moves)
+
+
+def test_the_chains_of_an_open_jacket_hang_from_its_neck_and_not_from_a_cuff():
+    _, jacket = sleeved()
+    assert len(jacket.pins) == 0 and len(boundary_loops(jacket.faces)) == 3
+    ropes = build_ropes(jacket, shaped())
+    roots, tips = ropes.rest[ropes.chains.offsets[:-1]], ropes.rest[ropes.chains.offsets[1:] - 1]
+    assert roots[:, 1].min() > jacket.vertices[:, 1].max() - 0.12
+    assert (tips[:, 1] < roots[:, 1]).all()
+    assert not rim_of(jacket).closed
+
+
+def test_chains_that_jump_from_a_sleeve_to_the_side_are_found_and_those_of_capes_and_skirts_suit():
+    for garment in sleeved():
+        assert "jumps to other cloth" in layout_fault(garment, build_ropes(garment, shaped(), chain_count=26))
+    for name in ("cape-light", "dress-light"):
+        assert layout_fault(cape(name), build_ropes(cape(name), shaped(), chain_count=26)) is None
+    tube = skirt()
+    assert layout_fault(tube, build_ropes(tube, shaped(), chain_count=12, bone_counts=(6, 6))) is None
+
+
+def test_scattered_chains_follow_the_cloth_of_any_garment():
+    for garment in (*sleeved(), skirt()):
+        ropes = build_ropes(
+            garment, shaped(), frames=swaying(garment), chain_count=10, bone_counts=(5, 5), scattered=True
+        )
+        chains, free = ropes.chains, np.flatnonzero(ropes.parents >= 0)
+        assert np.diff(chains.offsets).min() >= 2 and 20 <= len(free) <= 40
+        bones = np.array(
+            [
+                corner[weight.argmax()]
+                for corner, weight in zip(ropes.embedding.corners, ropes.embedding.barycentric, strict=True)
+            ]
+        )
+        assert len(np.unique(bones[free])) == len(free)  # no bone is on two chains
+        seeds = np.flatnonzero(np.isin(np.arange(len(garment.vertices)), bones[chains.offsets[:-1]]))
+        depth = geodesic_distances(
+            garment.vertices, garment.faces, suspension_vertices(garment), rest_edges=garment.rest_edges
+        )
+        assert (depth[seeds] == 0).all()
+        assert (depth[bones[free]] > depth[bones[free - 1]]).all()  # every chain runs away from what it hangs from
+        assert (chains.rest_spans[free] <= 1.02 * chains.lengths[free]).all()  # and never through the air
+        state = ropes.start(shaped().posed(shaped().rest_pose))
+        moved = state
+        for _ in range(5):
+            moved = ropes.step(moved, shaped().posed(shaped().rest_pose), 1 / 30)
+        np.testing.assert_allclose(moved.positions, state.positions, atol=1e-4)  # the drape is an equilibrium
+
+
+def test_every_piece_of_a_garment_gets_scattered_bones():
+    tube = skirt()
+    two = replace(
+        tube,
+        vertices=np.concatenate([tube.vertices, tube.vertices - np.array([0, 1, 0], np.float32)]),
+        faces=np.concatenate([tube.faces, tube.faces + 800]),
+        rest_edges=np.concatenate([tube.rest_edges] * 2),
+    )
+    assert "farther than" in layout_fault(two, build_ropes(two, shaped(), chain_count=12, bone_counts=(6, 6)))
+    ropes = build_ropes(two, shaped(), frames=swaying(two), chain_count=10, bone_counts=(5, 5), scattered=True)
+    bones = ropes.embedding.corners[:, 0]
+    assert 0.3 < (bones < 800).mean() < 0.7
+    away = geodesic_distances(two.vertices, two.faces, bones, rest_edges=two.rest_edges)
+    assert away.max() < 0.45  # of two tubes of 0.57 x 1.57 m
+
+
+def test_scattered_chains_need_frames():
+    with pytest.raises(BadInput, match="needs simulated frames"):
+        build_ropes(skirt(), shaped(), scattered=True)

@@ -14,9 +14,10 @@ class RopesConfig:
         BadInput: An option has another type, is not finite, or is out of its range.
     """
 
-    layout: Literal["auto", "geodesic", "ssdr"] = "auto"
-    """Placement of the bones: along geodesic lines, by a skinning decomposition of the takes (ssdr), or auto.
-    The latter follows the chains that the garment names, and geodesic lines if it names none."""
+    layout: Literal["auto", "geodesic", "ssdr", "scattered"] = "auto"
+    """Placement of the bones: on geodesic lines from rim to hem (geodesic), on such lines where a skinning
+    decomposition of the takes puts them (ssdr), anywhere by that decomposition (scattered), or auto.
+    The latter follows the chains that the garment names, else geodesic lines, or scattered where those do not suit."""
     chains: int = positive(26)
     """Number of rope chains on a garment that names none.
     The paper's cape has ten chains of 13 to 15 bones; many short chains describe more of the cloth between them."""

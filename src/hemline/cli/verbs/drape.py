@@ -118,6 +118,23 @@ def run(options: DrapeOptions) -> int:
     return 1 if any(row["reason"] for row in rows) else 0
 
 
+def _say_if_loose(options: DrapeOptions, garment: "Garment", shaped: "ShapedBody") -> None:
+    """Prints a line before the anchors are settled if most of the garment hangs, which settled anchors cannot show."""
+    from hemline.garments.hanging import HANGING_DISTANCE, MOSTLY_HANGS, hanging_percent
+    from hemline.sim import produce_rests
+
+    (rest,) = produce_rests(options.output, garment, [()])
+    if isinstance(rest, str):
+        return  # the poses fail for the same reason, and say so
+    percent = hanging_percent(rest.vertices[0], garment.faces, shaped)
+    if percent > MOSTLY_HANGS:
+        note(
+            f"most of '{garment.name}' hangs, {percent:.0f} % of it farther than "
+            f"{100 * HANGING_DISTANCE:.0f} cm from the skin, and settled poses have no swing: fit ropes to what "
+            f"'hemline simulate {options.garment} -m {' '.join(options.motion)} -o TAKES' makes"
+        )
+
+
 def _garment(options: DrapeOptions, shaped: "ShapedBody") -> "Garment":
     """Opens the garment, in the material of the options, and tries it on if it does not sit on the body."""
     from hemline.tryon import open_garment
@@ -181,6 +198,7 @@ def _anchors(options: DrapeOptions) -> int:
         clips.append(motion[first:last])
     shaped = bodies.load(options.body).shaped()
     garment = _garment(options, shaped)
+    _say_if_loose(options, garment, shaped)
     with stages() as progress:
         database = make_database(
             options.output,

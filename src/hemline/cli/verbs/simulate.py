@@ -4,13 +4,17 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from hemline.cli.clip import Up
 from hemline.cli.progress import note, total, try_on_progress
 from hemline.errors import BadInput
+
+if TYPE_CHECKING:
+    from hemline.bodies import ShapedBody
+    from hemline.garments import Garment
 
 MAX_FPS = 1000
 """Highest frame rate accepted [frames/s]; higher ones are most likely mistakes."""
@@ -105,6 +109,8 @@ def run(options: SimulateOptions) -> int:
     garment = garments.wear_together(layers) if options.over else layers[0]
     if options.explain:
         note(garments.explain(garment))
+    if not options.over:
+        _say_if_close(options, garment, mean)
     with total("frames") as report:
         rows = produce(
             options.output,
@@ -145,6 +151,19 @@ def run(options: SimulateOptions) -> int:
             if take["fault"]:
                 print(f"{'':<16} fits leave it out: {take['fault']}")
     return 1 if any(take["failed"] for take in takes) else 0
+
+
+def _say_if_close(options: SimulateOptions, garment: "Garment", shaped: "ShapedBody") -> None:
+    """Prints a line before the clips are simulated if hardly anything of the garment hangs."""
+    from hemline.garments.hanging import HANGING_DISTANCE, HARDLY_HANGS, hanging_percent
+
+    percent = hanging_percent(garment.vertices, garment.faces, shaped)
+    if percent < HARDLY_HANGS:
+        note(
+            f"hardly anything of '{garment.name}' hangs, {percent:.0f} % of its cloth is farther than "
+            f"{100 * HANGING_DISTANCE:.0f} cm from the skin: for a model, fit agentdress to what 'hemline drape "
+            f"{options.garment} --anchors 4 --poses 40 --random 10 -m {' '.join(options.motion)} -o DRAPES' makes"
+        )
 
 
 def _open_clip(path: str, options: SimulateOptions):

@@ -2,6 +2,7 @@
 
 import importlib.util
 import math
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +19,9 @@ from hemline.animators.terms import garment_terms
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
-from hemline.errors import MissingExtra
+from hemline.errors import HemlineWarning, MissingExtra
+from hemline.garments.garment import Garment
+from hemline.garments.hanging import HANGING_DISTANCE, HARDLY_HANGS, hanging_percent
 from hemline.learning.mlp import Mlp
 from hemline.motions.terms import as_stated
 
@@ -59,6 +62,9 @@ def fit(
         BadModel: The training diverged.
         MissingExtra: torch is not installed.
 
+    Warns:
+        HemlineWarning: Hardly anything of the garment hangs; or see `fit_ropes`.
+
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Sections 7 to 9. Differs: see `learn.learn` and `networks.train_network`.
     """
@@ -69,9 +75,11 @@ def fit(
     source = TakeFrames.of(dataset)
     shaped = dataset.body.shaped(garment.body_betas)
     rest = np.ascontiguousarray(dataset.rest(garment.body_betas).vertices[0], np.float32)
-    rope_figures: dict[str, float] = {}
+    rope_figures = {"hanging_percent": hanging_percent(rest, garment.faces, shaped)}
+    warn_if_close(garment, rope_figures["hanging_percent"])
     if ropes is None:
-        ropes, rope_figures = fit_ropes(source, shaped, rest, config, progress)
+        ropes, figures_of_ropes = fit_ropes(source, shaped, rest, config, progress)
+        rope_figures |= figures_of_ropes
     with checkpoint_folder(checkpoints) as folder:
         frames, clearances = gather(source, ropes, folder, mirror=config.mirror, progress=progress)
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
@@ -94,6 +102,20 @@ def fit(
         figures=learned.figures | rope_figures | correction_figures | figures,
         licences=_licences(source, shaped),
     )
+
+
+def warn_if_close(garment: Garment, percent: float) -> None:
+    """Warns before anything is trained if hardly anything of a garment hangs, since ropes show only what does.
+
+    Args:
+        garment: The garment.
+        percent: Part of its cloth that hangs, see `garments.hanging.hanging_percent`.
+    """
+    if percent < HARDLY_HANGS:
+        what = f"hardly anything of '{garment.name}' hangs, and rope chains are for cloth that does"
+        got = f"{percent:.0f} % of it farther than {100 * HANGING_DISTANCE:.0f} cm from the skin"
+        cure = "fit --animator agentdress to what 'hemline drape GARMENT --anchors 4 --poses 40 --random 10' makes"
+        warnings.warn(HemlineWarning(what, got, cure), stacklevel=3)
 
 
 def choose_correction(frames: KeyFrames, learned: Learned) -> tuple[Mlp, dict[str, float]]:

@@ -1,16 +1,20 @@
 """Building of the ropes of a dataset's garment, and their calibration on the clips to train on."""
 
+import warnings
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from hemline.animators.base import Progress
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.config import RopesConfig
-from hemline.animators.ropes.layout.layout import build_ropes
+from hemline.animators.ropes.layout.layout import build_ropes, layout_fault
 from hemline.arrays import FramesOfVertices, Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Row
+from hemline.errors import BadGarment, HemlineWarning
 from hemline.learning.key_frame import to_key_frame
 from hemline.motions import JOINT_NAMES
 
@@ -43,15 +47,21 @@ def fit_ropes(
     """
     strain = float(np.median([row.figures.get("edge_strain_p99", 0.02) for row in source.rows]))
     garment = source.dataset.garment
-    ropes = build_ropes(
+    build = partial(
+        build_ropes,
         garment if config.layout == "auto" else replace(garment, chains=()),
         shaped,
         rest=rest,
         chain_count=config.chains,
         bone_counts=(config.chain_bones - 1, config.chain_bones + 1),
         strain_p99=strain,
-        frames=sample_frames(source, shaped) if config.layout == "ssdr" else None,
     )
+    if config.layout == "auto" and not garment.chains:
+        ropes = _lay_out(source, shaped, build)
+    else:
+        decomposed = config.layout in ("ssdr", "scattered")
+        frames = sample_frames(source, shaped) if decomposed else None
+        ropes = build(frames=frames, scattered=config.layout == "scattered")
     train = _clips(source, ropes, shaped, train=True)
     if config.calibrate and train:
         ropes = calibrate(
@@ -67,6 +77,31 @@ def fit_ropes(
         if clips:
             figures[f"{name}_ropes_mm"] = bone_error_mm(ropes, shaped, clips, window_seconds=_window(clips))
     return ropes, figures
+
+
+def _lay_out(source: TakeFrames, shaped: ShapedBody, build: Callable[..., Ropes]) -> Ropes:
+    """Lays chains along geodesic lines; where these do not suit the garment, through bones of a decomposition.
+
+    Args:
+        source: The takes.
+        shaped: The body on the shape that the garment was made on.
+        build: `build_ropes` with all arguments but the frames and whether the bones are scattered.
+
+    Warns:
+        HemlineWarning: Geodesic lines do not suit the garment.
+    """
+    garment = source.dataset.garment
+    try:
+        ropes = build()
+        fault = layout_fault(garment, ropes)
+        if fault is None:
+            return ropes
+    except BadGarment as reason:
+        fault = str(reason)
+    what = f"chains from the rim to the hem do not suit '{garment.name}'"
+    cure = "a decomposition of the takes puts the bones instead (--layout scattered)"
+    warnings.warn(HemlineWarning(what, fault, cure), stacklevel=2)
+    return build(frames=sample_frames(source, shaped), scattered=True)
 
 
 def sample_frames(source: TakeFrames, shaped: ShapedBody) -> FramesOfVertices:

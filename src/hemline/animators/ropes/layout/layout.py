@@ -1,4 +1,4 @@
-"""Building of rope chains on a garment: by geodesics from the pinned rim to the hem, or along vertices given by hand.
+"""Building of rope chains: along geodesics from rim to hem, by hand, or through the bones of a decomposition.
 
 Each vertex gets two coordinates: the geodesic distance d from the rim, and the place u on the rim where the shortest
 path starts. Along a line of constant u the distance d is arc length, so a chain is a line of constant u, and the
@@ -17,10 +17,11 @@ from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.dynamics import RopeChains, spans_and_directions
 from hemline.arrays import Float, FramesOfVertices, Int, Nodes, Vertices
 from hemline.collide.primitives.body_primitives import BodyPrimitives
-from hemline.errors import BadGarment
+from hemline.errors import BadGarment, BadInput
 from hemline.meshes import geodesic_distances
 
 from .lines import ChainLines, even_lines, ssdr_lines
+from .scattered import scattered_chains, suspension_by_piece
 from .unroll import UnrolledGarment
 
 if TYPE_CHECKING:
@@ -30,6 +31,13 @@ if TYPE_CHECKING:
 
 _TAUT_RATIO = 0.75
 """A rope is taut at rest if its span is at least this fraction of the length of its cloth; then it cannot lengthen."""
+_UPWARD_LIMIT = 1 / 3
+"""Fraction of the chains that may end above their roots."""
+_JUMP_RATIO, _JUMP, _JUMPS_LIMIT = 1.25, 0.01, 0.02
+"""A chain jumps where its bones are farther apart than their distance along the cloth, by that ratio and length [m];
+at most that fraction of the bones may."""
+_FAR_SPACINGS, _BARE_LIMIT = 3.0, 0.1
+"""Distance from all bones, over their mean spacing, beyond which at most that fraction of the cloth may lie."""
 _CLEARANCE_SLACK = 0.002
 """Distance by which each bone may come nearer to the body than at rest [m]."""
 
@@ -54,6 +62,7 @@ def build_ropes(
     strain_p99: float = 0.02,
     constants: RopeConstants | None = None,
     frames: FramesOfVertices | None = None,
+    scattered: bool = False,
 ) -> Ropes:
     """Builds chains on a garment, or takes its own (`garment.chains`), and binds the kinematic bones to the body.
 
@@ -68,11 +77,13 @@ def build_ropes(
         constants: Constants of the chains.
         frames: Simulated vertices, frame by frame, relative to the key joint [m]. Their skinning decomposition gives
             the places of the bones. None: bones lie along geodesic lines at even distances.
+        scattered: Whether the bones of the decomposition stay where it puts them, instead of on lines from the rim to
+            the hem. This works for any garment, see `scattered_chains`.
 
     Raises:
-        BadInput: The garment has too few vertices for the bones of the decomposition.
-        BadGarment: The pinned rim has no length; a chain names a vertex that does not exist, or fewer than two; chains
-            cross or end above where they begin; or the counts are invalid.
+        BadInput: The garment has too few vertices for the bones of the decomposition, or there are no frames for it.
+        BadGarment: The pinned rim has no length; a chain of the garment names a vertex that does not exist, or fewer
+            than two; its chains cross or end above where they begin; or the counts are invalid.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 3 and Fig. 2. Differs: the default is geodesic lines; the paper's layouts, by hand or
@@ -85,8 +96,13 @@ def build_ropes(
             "ask for 1 chain or more of 2 bones or more",
         )
     vertices = np.asarray(garment.vertices if rest is None else rest, np.float64)
+    if scattered and frames is None:
+        raise BadInput("a decomposition needs simulated frames", "none", "give frames, or lay chains along geodesics")
     if garment.chains:
         plan = _by_hand(garment)
+        _check_downward(garment, plan.offsets, plan.embedding.positions_on(vertices))
+    elif scattered and frames is not None:
+        plan = _scattered(garment, vertices, frames, round(chain_count * (float(np.mean(bone_counts)) - 1)))
     else:
         unrolled = UnrolledGarment(garment)
         plan = _along_lines(
@@ -102,7 +118,6 @@ def _assemble_ropes(
     garment: "Garment", shaped: "ShapedBody", vertices: Vertices, plan: _Plan, strain: float, constants: RopeConstants
 ) -> Ropes:
     rest = plan.embedding.positions_on(vertices)
-    _check_downward(garment, plan.offsets, rest)
     spans, directions = spans_and_directions(rest, plan.offsets)
     taut = spans >= _TAUT_RATIO * plan.lengths
     lengths = np.where(taut, spans, plan.lengths * (1 + strain))
@@ -150,6 +165,48 @@ def _by_hand(garment: "Garment") -> _Plan:
     across = distances[pairs[:, 0], pairs[:, 1]]
     joined = np.isfinite(across)  # infinite between pieces of cloth
     return _Plan(NodeEmbedding.at_vertices(np.concatenate(used)), offsets, lengths, pairs[joined], across[joined])
+
+
+def _scattered(garment: "Garment", vertices: Vertices, frames: FramesOfVertices, count: int) -> _Plan:
+    found = scattered_chains(garment, vertices, frames, count)
+    offsets = np.concatenate([[0], np.cumsum([len(chain) for chain in found.chains])]).astype(np.int32)
+    embedding = NodeEmbedding.at_vertices(np.concatenate(found.chains))
+    return _Plan(embedding, offsets, found.lengths, found.pairs, found.pair_lengths)
+
+
+def layout_fault(garment: "Garment", ropes: Ropes) -> str | None:
+    """Says why chains on geodesic lines do not suit a garment: they end above their roots, jump, or miss much of it.
+
+    A line from the neck that runs into a sleeve has the same place on the rim, and the same distance from it, as a line
+    down the side. Where sleeves branch off, chains along geodesics jump between the two.
+
+    Args:
+        garment: The garment.
+        ropes: Its ropes.
+
+    Returns:
+        The reason; None if they suit it.
+    """
+    offsets = ropes.chains.offsets
+    upward = int((ropes.rest[offsets[1:] - 1, 1] >= ropes.rest[offsets[:-1], 1]).sum())
+    if upward > _UPWARD_LIMIT * (len(offsets) - 1):
+        return f"{upward} of {len(offsets) - 1} chains end above their roots"
+    depth = geodesic_distances(
+        garment.vertices, garment.faces, suspension_by_piece(garment), rest_edges=garment.rest_edges
+    )
+    depths = (depth[ropes.embedding.corners] * ropes.embedding.barycentric).sum(axis=1)
+    free = np.flatnonzero(ropes.parents >= 0)
+    jumps = int((ropes.chains.rest_spans[free] > _JUMP_RATIO * np.abs(depths[free] - depths[free - 1]) + _JUMP).sum())
+    if jumps > _JUMPS_LIMIT * len(free):
+        return f"at {jumps} of {len(free)} bones a chain jumps to other cloth"
+    bones = ropes.embedding.corners[np.arange(ropes.node_count), ropes.embedding.barycentric.argmax(axis=1)]
+    away = geodesic_distances(garment.vertices, garment.faces, bones, rest_edges=garment.rest_edges)
+    areas = np.abs(np.linalg.det(garment.rest_edges)) / 2
+    spacing = np.sqrt(areas.sum() / ropes.node_count)
+    bare = float(areas[away[garment.faces].mean(axis=1) > _FAR_SPACINGS * spacing].sum() / areas.sum())
+    if bare > _BARE_LIMIT:
+        return f"{100 * bare:.0f} % of the cloth is farther than {_FAR_SPACINGS * spacing:.2f} m from all bones"
+    return None
 
 
 def _check_crossing(

@@ -10,7 +10,7 @@ from hemline.meshes import rigid_bones
 from .rim import PinnedRim
 from .unroll import Place, UnrolledGarment
 
-_SSDR_VERTICES = 2500
+SSDR_VERTICES = 2500
 """Number of vertices that a skinning decomposition uses."""
 _SMALLEST_SPACING = 0.5
 """Bones of a line that are nearer to each other than this fraction of the even spacing are merged."""
@@ -80,7 +80,7 @@ def ssdr_lines(
         Clothing", 2024, Section 3: bones by SSDR, "interconnected vertically". The paper does not say how.
     """
     known = np.flatnonzero(np.isfinite(unrolled.distance) & np.isfinite(unrolled.fraction))
-    some = known[np.linspace(0, len(known) - 1, min(_SSDR_VERTICES, len(known))).astype(int)]
+    some = known[np.linspace(0, len(known) - 1, min(SSDR_VERTICES, len(known))).astype(int)]
     count = round(chain_count * (float(np.mean(bone_counts)) - 1))
     weights = rigid_bones(rest[some], frames[:, some], count).weights
     weights = weights[:, weights.sum(0) > 0]

@@ -7,7 +7,7 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 from hemline.errors import BadGarment
-from hemline.meshes import boundary_loops
+from hemline.garments.upper_rim import upper_rim
 
 if TYPE_CHECKING:
     from hemline.garments.garment import Garment
@@ -52,17 +52,15 @@ class PinnedRim:
 
 
 def suspension_vertices(garment: "Garment") -> Int[np.ndarray, " pinned"]:
-    """Returns the vertices that chains hang from: the pinned ones, or the highest open rim if nothing is pinned."""
-    if len(garment.pins):
-        return garment.pins.vertices
-    loops = boundary_loops(garment.faces)
-    return max(loops, key=lambda loop: garment.vertices[loop, 1].mean()) if loops else garment.pins.vertices
+    """Returns the vertices that chains hang from: the pinned ones, or the upper rim if nothing is pinned."""
+    return garment.pins.vertices if len(garment.pins) else upper_rim(garment.vertices, garment.faces)
 
 
 def rim_of(garment: "Garment") -> PinnedRim:
     """Returns the pinned vertices with a free neighbour, in order along the mesh.
 
-    If their edges do not form a single line, they are ordered by their angle around the vertical axis instead.
+    If their edges do not form a single line, they are ordered along the upper rim if they are that rim, and otherwise
+    by their angle around the vertical axis.
 
     Raises:
         BadGarment: There are fewer than two such vertices, or all are in one place.
@@ -75,7 +73,11 @@ def rim_of(garment: "Garment") -> PinnedRim:
     inner = np.isin(edges, border).all(1)
     order, closed = _trace_border(border, edges[inner])
     if order is None:
-        order, closed = _order_around_vertical(garment, border)
+        upper = upper_rim(garment.vertices, garment.faces)
+        if np.array_equal(np.sort(upper), np.flatnonzero(pinned)):
+            order, closed = upper, bool((edges == np.sort(upper[[0, -1]])).all(axis=1).any())
+        else:
+            order, closed = _order_around_vertical(garment, border)
     points = np.asarray(garment.vertices, np.float64)[order]
     if closed:
         points = np.concatenate([points, points[:1]])
