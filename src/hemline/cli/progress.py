@@ -15,7 +15,7 @@ def bars() -> Iterator[Any]:
     that call hemline, such as the Blender add-on.
     """
     if os.environ.get("HEMLINE_PROGRESS") == "lines":
-        yield _Lines()
+        yield _ProgressLines()
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -30,7 +30,7 @@ def bars() -> Iterator[Any]:
         yield progress
 
 
-class _Lines:
+class _ProgressLines:
     """Progress display that prints lines, at most one per percent."""
 
     def __init__(self) -> None:
