@@ -11,12 +11,10 @@ from .amass import read_amass
 from .bvh import read_bvh
 from .motion import Motion
 from .shipped import load
+from .soma import is_soma, read_soma
 from .store import read_stored
 from .subjects import cmu_number
 from .terms import CMU_TERMS
-
-HAS_SKELETON = (".bvh", *SCENES)
-"""Endings of clips that come with a skeleton of their own."""
 
 _CURES = {
     ".pkl": "pickles can run code and are not read: save its arrays with numpy.savez, and name the .npz",
@@ -48,7 +46,7 @@ def read(path: str | Path, *, unit: str | None = None, up: str | None = None) ->
     """
     path = Path(path)
     ending = split_name(path)[0].suffix.lower()
-    if ending == ".npz":
+    if ending == ".npz" and not is_soma(path):
         _refuse_unit(path, unit)
         return read_amass(path, up=up)
     if ending == ".safetensors":
@@ -59,11 +57,16 @@ def read(path: str | Path, *, unit: str | None = None, up: str | None = None) ->
     return read_beside(path, unit=unit, up=up).motion
 
 
+def has_skeleton(path: str | Path) -> bool:
+    """Whether a file is a clip that comes with a skeleton of its own."""
+    return split_name(path)[0].suffix.lower() in (".bvh", *SCENES) or (Path(path).is_file() and is_soma(path))
+
+
 def read_beside(path: str | Path, *, unit: str | None = None, up: str | None = None) -> Retargeted:
     """Reads a clip that has a skeleton of its own, and keeps that beside it; see `read`.
 
     Args:
-        path: A BVH, or `FILE` or `FILE:NAME` of a GLB, VRM or glTF.
+        path: A BVH, an npz of Kimodo, or `FILE` or `FILE:NAME` of a GLB, VRM, glTF or FBX.
         unit: Unit of a BVH; None: guessed.
         up: The axis that is up; None: found.
 
@@ -79,6 +82,8 @@ def read_beside(path: str | Path, *, unit: str | None = None, up: str | None = N
         return retarget_beside(
             read_bvh(path), unit=unit, up=up, name=path.stem, source=source, licence=licence, file=path.name
         )
+    if ending == ".npz":
+        return retarget_beside(read_soma(path), unit=unit, up=up, name=path.stem, source=path.name, file=path.name)
     _refuse_unit(path, unit)
     if ending in SCENES:
         return read_gltf_motion(path, up=up)
