@@ -1,5 +1,6 @@
 """`hemline explain FILE`."""
 
+import importlib
 import importlib.util
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ from hemline.cli.clip import Up
 from hemline.cli.progress import note
 from hemline.errors import BadInput
 
-_GLTF = (".glb", ".gltf", ".vrm", ".vrma")
+_SCENES = (".glb", ".gltf", ".vrm", ".vrma", ".fbx")
 _GARMENTS = (".toml", ".obj", ".ply", ".stl", ".mhclo")
 
 
@@ -48,11 +49,11 @@ def run(options: ExplainOptions) -> int:
 
 
 def _is_clip(file: Path) -> bool:
-    """Whether a file is a clip; glTF files are if they have an animation."""
+    """Whether a file is a clip; scenes are if they have an animation."""
     ending = file.suffix.lower()
     if ending in _GARMENTS:
         return False
-    if ending in _GLTF:
+    if ending in _SCENES:
         from hemline.files.gltf import read_gltf
 
         return bool(read_gltf(file, error=BadInput).all("animations"))
@@ -68,8 +69,7 @@ def _explain_clip(options: ExplainOptions, picture: Path) -> tuple[str, ...]:
 
 
 def _explain_garment(options: ExplainOptions, picture: Path) -> tuple[str, ...]:
-    if importlib.util.find_spec("hemline.cli.verbs.explain_garment") is None:
-        cure = "try it on: 'hemline tryon' says what it understood"
-        raise BadInput("explain knows clips", options.file, cure)
-    module = importlib.import_module("hemline.cli.verbs.explain_garment")
+    if importlib.util.find_spec(".explain_garment", __package__) is None:
+        raise BadInput("explain knows clips", options.file, "try it on: 'hemline tryon' says what it understood")
+    module = importlib.import_module(".explain_garment", __package__)
     return tuple(module.explain_garment(options.file, picture))

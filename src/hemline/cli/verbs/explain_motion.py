@@ -45,11 +45,11 @@ def explain_clip(file: str, *, up: str | None) -> ExplainedClip:
     """
     from hemline import motions
     from hemline.motions.figure import pose_figure
-    from hemline.motions.read import HAS_SKELETON, read_beside
+    from hemline.motions.read import has_skeleton, read_beside
 
-    if motions.split_name(file)[0].suffix.lower() not in HAS_SKELETON:
+    if not has_skeleton(file):
         motion = motions.open_motion(file, up=up)
-        shown = _shown(motion)
+        shown = _three_frames(motion)
         places = pose_figure(motion.rotations[shown], motion.translations[shown], motion.leg_length)
         joints = "the 24 joints of SMPL, in their order; the file has no skeleton: a plain figure stands in for it"
         lines = (
@@ -61,7 +61,7 @@ def explain_clip(file: str, *, up: str | None) -> ExplainedClip:
         return ExplainedClip(motion, (*lines, f"notes: {_notes(motion)}"), places, motions.PARENTS)
     source = read_beside(file, up=up)
     motion, match = source.motion, source.rig.match
-    places = np.stack([source.places(frame) for frame in _shown(motion)])
+    places = np.stack([source.places(frame) for frame in _three_frames(motion)])
     worst = max(source.bone_errors, key=lambda bone: source.bone_errors[bone])
     mean = np.mean(list(source.bone_errors.values()))
     return ExplainedClip(
@@ -77,7 +77,7 @@ def explain_clip(file: str, *, up: str | None) -> ExplainedClip:
             f"{source.bone_errors[worst]:.0f}; {_notes(motion)}",
         ),
         places,
-        tuple(-1 if joint in match.carriers else parent for joint, parent in enumerate(source.rig.skeleton.parents)),
+        _below(source.rig.skeleton.parents, match.joints["pelvis"]),
     )
 
 
@@ -95,7 +95,7 @@ def draw_clip(path: Path, clip: ExplainedClip) -> None:
     shaped = bodies.load().shaped(())
     motion = place_motion(shaped, clip.motion)
     pictures, captions = [], []
-    for place, frame in enumerate(_shown(motion)):
+    for place, frame in enumerate(_three_frames(motion)):
         posed = shaped.posed(motion[frame])
         scale = motion.leg_length / clip.motion.leg_length
         skeleton = scale * clip.places[place]
@@ -107,7 +107,16 @@ def draw_clip(path: Path, clip: ExplainedClip) -> None:
     write_png(path, side_by_side(pictures, captions))
 
 
-def _shown(motion: "Motion") -> list[int]:
+def _below(parents: tuple[int, ...], pelvis: int) -> tuple[int, ...]:
+    """Returns the parents of the joints that the pelvis carries; -1 for all others, such as controls."""
+    carried = {pelvis}
+    for joint, parent in enumerate(parents):
+        if parent in carried:
+            carried.add(joint)
+    return tuple(parent if parent in carried else -1 for parent in parents)
+
+
+def _three_frames(motion: "Motion") -> list[int]:
     return [0, (len(motion) - 1) // 2, len(motion) - 1]
 
 
