@@ -7,7 +7,7 @@ FRAMES_PER_DRAPE = 40.0
 """Cost of one settled drape, in simulated frames of the same garment."""
 FIT_FRACTION = 0.35
 """Fraction of the time that is left which fits, comparison and report take."""
-LEAST_HANGING, LEAST_CLOSE = 0.15, 0.15
+LEAST_HANGING, LEAST_CLOSE = 0.15, 0.4
 """Fraction of a garment's area that must hang for rope chains, and lie close for AgentDress."""
 FEWEST_FRAMES = 150
 """Number of simulated frames below which rope chains are not fitted."""

@@ -9,8 +9,12 @@ from hemline.bodies import ShapedBody
 from hemline.datasets import Take
 from hemline.meshes import ClosestTree
 
-CLOSE_SWING, FREE_SWING = 0.012, 0.035
+CLOSE_SWING, FREE_SWING = 0.03, 0.09
 """Swing up to which cloth counts as lying close, and from which it counts as hanging [m]; between them it is both."""
+CLOSE_DISTANCE, FREE_DISTANCE = 0.03, 0.06
+"""Distance from the skin up to which cloth counts as lying close, and from which it counts as hanging [m]."""
+CLEARANCE_STEP = 4
+"""Clearance is measured in one of this number of frames."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +43,11 @@ class Regions:
         """
         indices, weights = _skin_weights(rest, body)
         offsets, distances = [], []
-        for frame in take.clip_frames:
+        for number, frame in enumerate(take.clip_frames):
             posed = body.posed(take.motion[int(frame)])
             offsets.append(_move_to_rest(take.vertices[frame], posed.transforms, indices, weights) - rest)
+            if number % CLEARANCE_STEP:
+                continue
             tree = ClosestTree(posed.vertices.astype(np.float64), posed.faces)
             distances.append(tree.closest(take.vertices[frame]).distances)
         motion = np.stack(offsets)
@@ -51,13 +57,19 @@ class Regions:
     @property
     def hanging(self) -> Float[np.ndarray, " verts"]:
         """How much each vertex hangs, from 0 (lies close to the body) to 1 (hangs freely)."""
-        ramp = np.clip((self.swing - CLOSE_SWING) / (FREE_SWING - CLOSE_SWING), 0, 1)
-        return ramp * ramp * (3 - 2 * ramp)
+        swinging = _smooth_step(self.swing, CLOSE_SWING, FREE_SWING)
+        return np.maximum(swinging, _smooth_step(self.clearance, CLOSE_DISTANCE, FREE_DISTANCE))
 
     @property
     def hanging_fraction(self) -> float:
         """Fraction of the garment's area that hangs."""
         return float((self.hanging * self.areas).sum() / self.areas.sum())
+
+
+def _smooth_step(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Returns 0 up to `low`, 1 from `high`, and a smooth cubic between them."""
+    ramp = np.clip((values - low) / (high - low), 0, 1)
+    return ramp * ramp * (3 - 2 * ramp)
 
 
 def vertex_areas(vertices: Vertices, faces: Faces) -> Float[np.ndarray, " verts"]:
