@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from hemline.errors import HemlineWarning
 from hemline.motions import JOINT_NAMES
-from hemline.motions.quaternions import multiply
+from hemline.motions.quaternions import inverse, multiply, rotate
 from hemline.motions.rigs.agreement import bone_errors, worst_bones
 from hemline.motions.rigs.quarters import QUARTERS, mean_rotation, nearest_quarter
 from hemline.motions.rigs.retarget import retarget, retarget_beside
@@ -117,6 +117,23 @@ def test_a_pelvis_that_stands_askew_to_its_bones_keeps_its_axes():
     found = retarget(truth.bvh)
     off = globals_of(found)[0] * globals_of(truth.motion)[0].inv()
     assert np.degrees(off.magnitude()).max() < 0.1
+
+
+def test_clavicles_may_hang_on_the_neck():
+    """As in old Bipeds: the neck carries the arms, and stays a neck."""
+    truth = sample("dance", ALONG_BONES)
+    bvh, neck, chest = truth.bvh, JOINT_NAMES.index("neck"), JOINT_NAMES.index("spine3")
+    parents, offsets, local = list(bvh.skeleton.parents), bvh.skeleton.offsets.copy(), bvh.rotations.copy()
+    for side in ("left", "right"):
+        collar = JOINT_NAMES.index(f"{side}_collar")
+        parents[collar] = neck
+        path = rotate(local[:, neck], np.zeros(3)) + offsets[collar] - offsets[neck]
+        offsets[collar] = rotate(inverse(local[:, neck]), path).mean(axis=0)
+        local[:, collar] = multiply(inverse(local[:, neck]), local[:, collar])
+    assert chest < neck
+    skeleton = type(bvh.skeleton)(bvh.skeleton.names, tuple(parents), offsets, {}, bvh.skeleton.channels)
+    found = retarget(type(bvh)(skeleton, local, bvh.positions, bvh.fps))
+    assert apart_mm(found, truth) < (MEAN_MM, MAX_MM)
 
 
 def test_a_foot_begins_beneath_the_ankle():

@@ -161,6 +161,18 @@ def test_a_file_that_ends_long_before_its_frames_do_is_read_with_a_warning(tmp_p
         assert len(read_bvh(written(tmp_path, text_of(clip).replace("Frames: 4", "Frames: 9"))).rotations) == 4
 
 
+def test_rotations_in_radians_are_warned_of(tmp_path, clip):
+    lines = text_of(clip).splitlines()
+    start = len(lines) - 4
+    for row in range(start, len(lines)):
+        words = lines[row].split()
+        lines[row] = " ".join(words[:3] + [f"{np.radians(float(word)):.6f}" for word in words[3:]])
+    with pytest.warns(
+        HemlineWarning, match="hardly turn a joint; got none beyond .*in radians, multiply them by 57.29"
+    ):
+        read_bvh(written(tmp_path, "\n".join(lines)))
+
+
 @pytest.mark.parametrize(("time", "cure"), [("33.3333", "write 0.0333333 if"), ("30", "0.0333333 if it is frames a")])
 def test_frame_times_in_milliseconds_and_rates_are_refused_with_what_to_write(tmp_path, clip, time, cure):
     with pytest.raises(BadMotion, match=f"'Frame Time' of .* must be the seconds of a frame.*got {time}.*{cure}"):

@@ -22,6 +22,9 @@ _SECTION = re.compile(r"^\s*MOTION\s*$", re.IGNORECASE | re.MULTILINE)
 _FRAMES_LINE = re.compile(r"\s*Frames\s*:?\s*(\S*)[^\S\n]*(?:\n|$)", re.IGNORECASE)
 _TIME_LINE = re.compile(r"\s*Frame\s*Time\s*:?\s*(\S*)[^\S\n]*(?:\n|$)", re.IGNORECASE)
 _JOINTS_MAX = 5_000
+_TURN = 6.3
+_RESTLESS = 8
+"""A clip whose rotations all lie within a turn in radians may be in radians if so many channels change."""
 _LARGEST = 1e9
 """Limit of angles and positions, in any unit."""
 _ROTATIONS_UNCHECKED = 100_000
@@ -103,7 +106,19 @@ def read_bvh(path: str | Path) -> Bvh:
         skeleton = _offsets_from_positions(skeleton, positions)
         notes = (*notes, "all OFFSETs are zero: bones are those of the first frame's positions")
     notes = (*notes, roots_note) if roots_note else notes
+    _warn_of_radians(skeleton, values, path)
     return Bvh(skeleton, _rotations(skeleton, values), positions, fps, notes)
+
+
+def _warn_of_radians(skeleton: BvhSkeleton, values: np.ndarray, path: Path) -> None:
+    """Warns of rotations that all lie within one turn in radians, and yet move much for so few degrees."""
+    names = [name for channels in skeleton.channels for name in channels]
+    turns = values[:, [column for column, name in enumerate(names) if name in _ROTATIONS]]
+    if not turns.size or np.abs(turns).max() > _TURN or np.count_nonzero(np.ptp(turns, axis=0) > 0.3) < _RESTLESS:
+        return
+    what, got = f"rotations of {path} hardly turn a joint", f"none beyond {np.abs(turns).max():.3g} degrees"
+    cure = "if they are in radians, multiply them by 57.29578: BVH has degrees"
+    warnings.warn(HemlineWarning(what, got, cure), stacklevel=3)
 
 
 def _one_tree(skeleton: BvhSkeleton, path: Path) -> tuple[BvhSkeleton, np.ndarray, str]:

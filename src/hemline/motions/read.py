@@ -46,9 +46,10 @@ def read(path: str | Path, *, unit: str | None = None, up: str | None = None) ->
     """
     path = Path(path)
     ending = split_name(path)[0].suffix.lower()
-    if ending == ".npz" and not is_soma(path):
+    if ending == ".npz":
         _refuse_unit(path, unit)
-        return read_amass(path, up=up)
+        if not is_soma(path):
+            return read_amass(path, up=up)
     if ending == ".safetensors":
         _refuse_unit(path, unit)
         if up not in (None, "y"):
@@ -82,9 +83,9 @@ def read_beside(path: str | Path, *, unit: str | None = None, up: str | None = N
         return retarget_beside(
             read_bvh(path), unit=unit, up=up, name=path.stem, source=source, licence=licence, file=path.name
         )
-    if ending == ".npz":
-        return retarget_beside(read_soma(path), unit=unit, up=up, name=path.stem, source=path.name, file=path.name)
     _refuse_unit(path, unit)
+    if ending == ".npz":
+        return retarget_beside(read_soma(path), up=up, name=path.stem, source=path.name, file=path.name)
     if ending in SCENES:
         return read_gltf_motion(path, up=up)
     if ending in _CURES:

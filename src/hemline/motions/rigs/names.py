@@ -135,6 +135,8 @@ def _complete_match(
         got = f"arms on '{skeleton.names[chest]}', which carries the legs"
         raise BadMotion(f"{file} lacks a joint of the spine", got, "add a spine between legs and arms")
     neck = [joint for joint in head if joint > chest and joint != joints["head"]]
+    if "neck" in plain(skeleton.names[chest]) and len(spine) > 1:  # old Bipeds, whose clavicles hang on the neck
+        neck, spine = [chest], spine[:-1]
     if neck:
         joints["neck"] = neck[0]
     for side, line in (("left", left), ("right", right)):
