@@ -179,10 +179,10 @@ def test_a_vertex_in_two_groups_of_pins_is_refused(shaped, mesh, tmp_path):
         garments.read(tmp_path / "skirt.toml", shaped)
 
 
-def test_refuses_to_guess_pins_of_a_closed_mesh_and_far_pins(shaped, mesh, tmp_path):
+def test_refuses_a_closed_ball_and_far_pins(shaped, mesh, tmp_path):
     ball = trimesh.creation.icosphere(2, 0.2)
     path = obj(tmp_path / "ball.obj", np.array(ball.vertices) + (0, 0, 0.35), ball.faces)
-    with pytest.raises(BadGarment, match="pins cannot be guessed; got a closed mesh"):
+    with pytest.raises(BadGarment, match="ball.obj has no cloth; got a part, closed and solid"):
         garments.read(path, shaped)
     path = obj(tmp_path / "wide.obj", mesh[0] * (3, 1, 3), mesh[1])
     with pytest.raises(BadGarment, match="pins must be near the body; got half of them more than"):

@@ -174,3 +174,59 @@ def test_a_ply_cannot_have_another_file_read(tmp_path, monkeypatch):
     assert asked == ["picture.png"]
     asked.clear()
     assert len(read_mesh(tmp_path / "it.ply").faces) == 3 and not asked
+
+
+def skinned(folder, *, group_scale, bind):
+    """A skinned mesh below a group that is scaled and moved, which glTF tells readers to ignore."""
+    joints, weights = np.zeros((6, 4), "u1"), np.zeros((6, 4), "<f4")
+    weights[:, 0] = 1
+    matrix = np.asarray(bind, "<f4").T
+    parts = [POINTS.tobytes(), FACES.tobytes() + b"\0\0", joints.tobytes(), weights.tobytes(), matrix.tobytes()]
+    starts = np.cumsum([0] + [len(part) for part in parts])
+    content = b"".join(parts)
+    kinds = [(5126, "VEC3", 6), (5123, "SCALAR", 9), (5121, "VEC4", 6), (5126, "VEC4", 6), (5126, "MAT4", 1)]
+    primitive = {"attributes": {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3}, "indices": 1}
+    document = {
+        "asset": {"version": "2.0"},
+        "nodes": [
+            {"name": "Hips", "translation": [0, 1, 0]},
+            {"mesh": 0, "skin": 0, "translation": [0, 5, 0]},
+            {"children": [1], "scale": [group_scale] * 3},
+        ],
+        "skins": [{"joints": [0], "inverseBindMatrices": 4}],
+        "meshes": [{"primitives": [primitive]}],
+        "accessors": [
+            {"bufferView": k, "componentType": kind, "type": shape, "count": count}
+            for k, (kind, shape, count) in enumerate(kinds)
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": int(starts[k]), "byteLength": len(part)} for k, part in enumerate(parts)
+        ],
+        "buffers": [{"byteLength": len(content), "uri": "data:;base64," + base64.b64encode(content).decode()}],
+    }
+    path = folder / "skinned.gltf"
+    path.write_text(json.dumps(document))
+    return path
+
+
+@pytest.mark.parametrize("group_scale", [1, 1.25, -5])
+def test_a_skin_lies_where_its_bones_were_bound_whatever_its_node_says(tmp_path, group_scale):
+    # centimetres brought to metres by the bind matrix, and back to where the joint stands
+    bind = np.diag([0.01, 0.01, 0.01, 1.0])
+    bind[1, 3] = -1
+    mesh = read_mesh(skinned(tmp_path, group_scale=group_scale, bind=bind))
+    assert np.allclose(mesh.vertices, 0.01 * POINTS) and np.array_equal(mesh.faces, FACES)
+    assert "skin: in the pose that it was bound in" in mesh.notes
+
+
+def test_primitives_that_share_their_vertices_have_those_that_they_use(tmp_path):
+    path = write(tmp_path, [PLAIN, {"attributes": {"POSITION": 0}, "indices": 2, "mode": 5}])
+    mesh = read_mesh(path)
+    assert len(mesh.vertices) == 10 and len(mesh.faces) == 6
+    assert np.array_equal(mesh.vertices[mesh.faces[3:]], POINTS[[[0, 1, 2], [2, 1, 3], [2, 3, 4]]])
+
+
+def test_parts_are_named_by_node_mesh_and_material(tmp_path):
+    path = write(tmp_path, [PLAIN | {"material": 0}], nodes=[{"mesh": 0, "name": "Shirt"}], materials=[{"name": "Red"}])
+    mesh = read_mesh(path)
+    assert mesh.labels == (("Shirt", "", "Red"),) and mesh.face_labels.tolist() == [0, 0, 0]

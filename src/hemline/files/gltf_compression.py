@@ -100,7 +100,7 @@ def _unpack_views(path: object, document: dict, buffers: list[bytes], name: str,
 
 def _unpack_meshes(path: object, document: dict, buffers: list[bytes], budget: _Budget) -> None:
     """Decodes the primitives that Draco packed."""
-    for primitive in _packed_primitives(document):
+    for primitive in _primitives_to_unpack(document):
         packed = primitive["extensions"].pop(DRACO)
         try:
             import DracoPy
@@ -126,7 +126,7 @@ def _unpack_meshes(path: object, document: dict, buffers: list[bytes], budget: _
             primitive["mode"] = 4
 
 
-def _packed_primitives(document: dict) -> Iterator[dict]:
+def _primitives_to_unpack(document: dict) -> Iterator[dict]:
     for mesh in document.get("meshes", []):
         for primitive in mesh["primitives"]:
             if DRACO in primitive.get("extensions", {}):

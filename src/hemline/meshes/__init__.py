@@ -8,6 +8,7 @@ from .closest_points import closest_points_on_mesh as closest_points_on_mesh
 from .coarsening.coarsen import CoarseMesh as CoarseMesh
 from .coarsening.coarsen import coarsen as coarsen
 from .components import components as components
+from .components import sheets as sheets
 from .convex_weights import fit_convex_weights as fit_convex_weights
 from .convex_weights import project_to_simplex as project_to_simplex
 from .edge_strains import edge_lengths as edge_lengths
@@ -74,6 +75,7 @@ __all__ = [
     "rigid_bones",
     "segment_crossings",
     "self_crossings",
+    "sheets",
     "shell",
     "strains",
     "subdivide",

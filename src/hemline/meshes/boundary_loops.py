@@ -6,7 +6,6 @@ from hemline.arrays import Faces, Int
 
 from .edges import directed_edges
 
-
 _SEAM_SHARE = 0.15
 """Fraction of the vertices of a loop that lie inside another sheet if the loop is a seam."""
 

@@ -43,10 +43,10 @@ GROWN_AT, TURNING_FROM = 0.7, 0.3
 STILL_FRAMES = 8
 """Number of frames at the end in which the body does not change."""
 
-FINE_VERTICES = 6000
+FINE_VERTICES = 30_000
 """A garment with more vertices is put on as a coarse copy, which carries it."""
 
-COARSE_VERTICES = 4000
+COARSE_VERTICES = 8000
 """Number of vertices of that copy."""
 
 CARRIED_FRAMES = 4

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hemline.arrays import Faces, Int, Vertices
-from hemline.meshes import components, open_rims
+from hemline.meshes import open_rims, sheets
+from hemline.meshes.edges import directed_edges
 from hemline.meshes.segment_crossing_kernels import crossings_of_segments
 
 from .skeleton import Skeleton
@@ -15,10 +16,12 @@ SHORTEST_RIM = 0.12
 
 
 def rims_of(vertices: Vertices, faces: Faces) -> list["Rim"]:
-    """Returns the openings of a garment; the only rim of a sheet, such as a cape, is no opening, nor is a pocket's."""
+    """Returns the openings of a garment; the only rim of a sheet, such as a cape or a pocket, is no opening."""
     rims = [rim for loop in open_rims(faces) if (rim := Rim.of(loop, vertices)).length >= SHORTEST_RIM]
-    part = components(faces, len(vertices))
-    owner = [int(part[rim.loop[0]]) for rim in rims]
+    sheet, edges = sheets(faces), directed_edges(faces)
+    at_edge = dict(zip(map(tuple, edges.tolist()), (np.arange(len(edges)) % len(faces)).tolist(), strict=True))
+    # a rim runs against the direction of its triangles
+    owner = [int(sheet[at_edge[int(rim.loop[1]), int(rim.loop[0])]]) for rim in rims]
     return [rim for rim, each in zip(rims, owner, strict=True) if owner.count(each) > 1]
 
 

@@ -16,7 +16,7 @@ from hemline.garments.reading.cloth import GarmentCloth
 from hemline.garments.reading.garment_toml import GarmentFile
 from hemline.garments.reading.read import read_source
 from hemline.garments.reading.source import GarmentSource
-from hemline.garments.reading.units import Z_UP_NOTE
+from hemline.garments.reading.units import UNIT_NAMES, Z_UP_NOTE
 from hemline.garments.shipped import is_name, load
 
 from .alignment import Alignment, align
@@ -123,19 +123,19 @@ def try_on_source(
     alignment, unit = _align(source, made_on, scaled, tell, guessed_unit=True)
     if unit is not None:
         source, before = source.in_unit(unit), source.unit
-        tell(f"{source.name} fits the body far better in {unit} than in {before}: taken to be in {unit}")
+        tell(f"{source.name} fits the body far better in {_full(unit)} than in {_full(before)}: taken to be in them")
         alignment, _ = _align(source, made_on, scaled, tell, guessed_unit=False)
     tried = _put_on(source, shaped, alignment, progress, budget)
     if tried.fitness.reason is None or unit is not None:
-        return _noted(tried, unit)
+        return _note_unit(tried, unit)
     unit = better_unit(source, made_on, alignment.misfit, poor=True)
     if unit is None:
         return tried
     other = source.in_unit(unit)
-    tell(f"{source.name} cannot be worn in {source.unit}, but may be in {unit}: trying that")
+    tell(f"{source.name} cannot be worn in {_full(source.unit)}, but may be in {_full(unit)}: trying that")
     alignment, _ = _align(other, made_on, scaled, tell, guessed_unit=False)
     again = _put_on(other, shaped, alignment, progress, budget)
-    return tried if again.fitness.reason else _noted(again, unit)
+    return tried if again.fitness.reason else _note_unit(again, unit)
 
 
 def _align(
@@ -150,11 +150,15 @@ def _align(
     return alignment, unit
 
 
-def _noted(tried: TryOn, unit: str | None) -> TryOn:
+def _full(unit: str) -> str:
+    return UNIT_NAMES.get(unit, unit)
+
+
+def _note_unit(tried: TryOn, unit: str | None) -> TryOn:
     """Adds to the notes of a garment that its unit was found by its fit."""
     if unit is None:
         return tried
-    note = f"unit: {unit}, as it fits the body so"
+    note = f"unit: {_full(unit)}, as it fits the body so"
     return replace(tried, garment=replace(tried.garment, notes=(note, *tried.garment.notes)))
 
 

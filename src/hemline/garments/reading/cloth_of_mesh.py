@@ -7,10 +7,10 @@ import numpy as np
 from hemline.meshes import ReadMesh, clean, close_joints, consistent_winding, weld
 
 from .layers import single_layer
-from .no_cloth import leave_out_details, leave_out_solids, leave_out_trims, refuse_several
+from .no_cloth import leave_out_details, leave_out_named, leave_out_solids, leave_out_trims, refuse_several
 from .part_shapes import part_shapes
 from .sewn_on import sew_on
-from .units import UNITS, unit_of
+from .units import UNIT_NAMES, UNITS, unit_of
 
 _MAIN_AREA = 0.01
 """Parts with less than this fraction of the area do not count for the size of a garment."""
@@ -41,11 +41,13 @@ def cloth_of_mesh(mesh: ReadMesh, unit: str | None, name: str, file: str) -> tup
     wound = replace(mesh, faces=consistent_winding(mesh.faces)[0])
     rows = np.arange(len(mesh.faces), dtype=np.int32)
     wound = replace(wound, pattern=None, pattern_faces=np.stack([rows] * 3, axis=1))
-    solid_free, body_unit = leave_out_solids(wound, file)
+    solid_free, body_unit = leave_out_solids(leave_out_named(wound), file)
     single = refuse_several(solid_free, file)
     guessed, unit_notes = unit_of(_main_points(single), unit or body_unit, name)
     if unit is None and body_unit:
-        unit_notes = (f"unit: {body_unit}, as the body in the file is as tall as a person in it",)
+        unit_notes = (
+            f"unit: {UNIT_NAMES.get(body_unit, body_unit)}, as the body in the file is as tall as a person in it",
+        )
     scaled = replace(single, vertices=single.vertices * UNITS[guessed])
     one = single_layer(leave_out_trims(scaled))
     chosen = np.asarray(one.pattern_faces)[:, 0]

@@ -43,14 +43,14 @@ def only_part(mesh: ReadMesh, part: str, file: str) -> ReadMesh:
                 if len(chosen):
                     return mesh.with_faces(chosen, f"part: '{found[0]}' of {file}, all else in it was left out")
                 continue
-            raise BadGarment(f"{file}:{part} names several parts", _listed(found), "give the whole name of one")
+            raise BadGarment(f"{file}:{part} names several parts", _list_names(found), "give the whole name of one")
     owner = components(mesh.faces, len(mesh.vertices))[mesh.faces[:, 0]]
     numbers = np.unique(owner)
     if wanted.isdecimal() and int(wanted) < len(numbers):
         rows = np.flatnonzero(owner == numbers[int(wanted)])
         return mesh.with_faces(rows, f"part: number {int(wanted)} of {len(numbers)} of {file}")
     cure = f"name one of them, or a number from 0 to {len(numbers) - 1}"
-    raise BadGarment(f"{file} has no part '{part[:60]}'", _listed(part_names(mesh)), cure)
+    raise BadGarment(f"{file} has no part '{part[:60]}'", _list_names(part_names(mesh)), cure)
 
 
 def part_names(mesh: ReadMesh) -> list[str]:
@@ -58,6 +58,6 @@ def part_names(mesh: ReadMesh) -> list[str]:
     return list(dict.fromkeys(next((name for name in label if name), "") for label in mesh.labels if any(label)))
 
 
-def _listed(names: list[str]) -> str:
+def _list_names(names: list[str]) -> str:
     shown = ", ".join(f"'{name[:40]}'" for name in names[:_NAMES_SHOWN])
     return (shown + (", and more" if len(names) > _NAMES_SHOWN else "")) or "parts without names"

@@ -20,7 +20,16 @@ _CLOSED = 0.1
 """Largest length of the rims of a closed part, over the root of its area."""
 _OPPOSITE = -0.4
 """Largest cosine between the normals of the two sides."""
+_SHARP, _SHARP_AT_RIM = 0.3, 0.9
+"""Cosines between the normals of two triangles beside each other below which a side ends between them: of wide ones,
+and of those as narrow as the cloth is thick."""
 _NEIGHBOURS = 24
+_MAIN_PIECE = 0.1
+"""Fraction of the area of a part above which a piece of it cannot be its own opposite."""
+_VOTES = 0.3
+"""Fraction of the area of a piece that must lie opposite to another piece."""
+_LEAST_SIDE = 0.35
+"""Least fraction of the area of a thick part that is one of its sides."""
 _SHEET_SHARE = 0.8
 """Fraction of a thick part's area that must have an opposite side."""
 _DOUBLED_SHARE = 0.9
@@ -77,58 +86,75 @@ def _outer_side(mesh: ReadMesh, faces: np.ndarray, most: float) -> tuple[Mask, f
     aside = np.sqrt(np.maximum(np.where(np.isfinite(distance), distance, np.inf) ** 2 - behind**2, 0))
     opposite = (normals[:, None] * normals[near]).sum(axis=2) < _OPPOSITE
     hit = opposite & np.isfinite(distance) & (behind > 1e-6) & (behind < most)
-    hit &= aside < 1.2 * (reach[:, None] + reach[near]) * 0.75
-    has = hit.any(axis=1)
-    areas = _double_areas(corner)
+    hit &= aside < 0.9 * (reach[:, None] + reach[near])
+    if not hit.any():
+        return None
+    rows = np.arange(len(own))
+    nearest = np.where(hit, aside, np.inf).argmin(axis=1)
+    thickness = float(np.median(behind[rows, nearest][hit.any(axis=1)]))
+    hit &= behind < 3 * thickness + 0.2 * reach[:, None]
+    has, areas = hit.any(axis=1), _double_areas(corner)
     if areas[has].sum() < _SHEET_SHARE * areas.sum():
         return None
-    nearest = np.where(hit, aside, np.inf).argmin(axis=1)
-    partner, depth = (each[np.arange(len(own)), nearest] for each in (near, behind))
-    thickness = float(np.median(depth[has]))
-    # sides are the pieces that remain when triangles without an opposite are taken away
+    partner = near[rows, np.where(hit, aside, np.inf).argmin(axis=1)]
     left, right = _neighbours(own)
-    joined = has[left] & has[right]
-    graph = coo_matrix((np.ones(int(joined.sum()), bool), (left[joined], right[joined])), (len(own), len(own)))
-    piece = connected_components(graph, directed=False)[1]
-    outer = _outer_pieces(piece, partner, has, areas)
-    if outer is None:
-        return None
-    chosen = outer & has
-    # strips at the rim belong to neither side; what is cut off by them but belongs to the outer one is little
-    share = areas[chosen].sum() / areas.sum()
-    return (chosen, thickness) if 0.35 < share < 0.65 else None
+    cosine = (normals[left] * normals[right]).sum(axis=1)
+    longest = np.max([np.linalg.norm(corner[:, k] - corner[:, k - 1], axis=1) for k in range(3)], axis=0)
+    narrow = areas / np.maximum(longest, 1e-300) < 1.5 * thickness
+    smooth = cosine > _SHARP
+    smoother = cosine > np.where(narrow[left] | narrow[right], _SHARP_AT_RIM, _SHARP)
+    # sides are the pieces between sharp edges; where their rims are round, those of triangles with an opposite
+    for joined in (smooth, smoother, smoother & has[left] & has[right]):
+        graph = coo_matrix((np.ones(int(joined.sum()), bool), (left[joined], right[joined])), (len(own), len(own)))
+        piece = connected_components(graph, directed=False)[1]
+        outer = _outer_pieces(piece, partner, has, areas, (left, right))
+        share = 0.0 if outer is None else areas[outer].sum() / areas.sum()
+        if outer is not None and _LEAST_SIDE < share < 1 - _LEAST_SIDE:
+            return outer, thickness
+    return None
 
 
-def _outer_pieces(piece: np.ndarray, partner: np.ndarray, has: np.ndarray, areas: np.ndarray) -> Mask | None:
-    """Returns the triangles of the larger of two sides; None if one side is its own opposite."""
+def _outer_pieces(
+    piece: np.ndarray, partner: np.ndarray, has: np.ndarray, areas: np.ndarray, beside: tuple[np.ndarray, np.ndarray]
+) -> Mask | None:
+    """Returns the triangles of the larger of two sides; None if a side is its own opposite."""
     from scipy.sparse import coo_matrix
 
     count = int(piece.max()) + 1
     votes = coo_matrix((areas[has], (piece[has], piece[partner[has]])), (count, count)).tocsr()
     votes = (votes + votes.T).tocoo()
-    own_areas = np.bincount(piece[has], areas[has], count)
-    side = np.zeros(count, np.int8)
-    order = np.argsort(-own_areas)
+    own_areas = np.bincount(piece, areas, count)
     links: dict[int, list[tuple[int, float]]] = {}
     for one, other, weight in zip(votes.row.tolist(), votes.col.tolist(), votes.data.tolist(), strict=True):
-        if weight > 0.1 * min(own_areas[one], own_areas[other]) or one == other:
+        if one == other and weight > own_areas[one] > _MAIN_PIECE * areas.sum():
+            return None
+        if one != other and weight > _VOTES * min(own_areas[one], own_areas[other]):
             links.setdefault(one, []).append((other, weight))
-    if any(weight > own_areas[one] for one, each in links.items() for other, weight in each if one == other):
-        return None
-    for start in order.tolist():
-        if side[start] or own_areas[start] == 0:
+    side = np.zeros(count, np.int8)
+    for start in np.argsort(-own_areas).tolist():
+        if side[start] or start not in links:
             continue
         side[start] = 1
         pending = [start]
         while pending:
             at = pending.pop()
             for other, _ in links.get(at, []):
-                if other != at and not side[other]:
+                if not side[other]:
                     side[other] = -side[at]
                     pending.append(other)
-    by_side = [own_areas[side == sign].sum() for sign in (1, -1)]
-    outer = 1 if by_side[0] >= by_side[1] else -1
-    return side[piece] == outer
+    sign = 1 if own_areas[side == 1].sum() >= own_areas[side == -1].sum() else -1
+    # pieces without an opposite that touch the outer side alone are folds of it; strips along rims touch both sides
+    left, right = piece[beside[0]], piece[beside[1]]
+    for _ in range(3):
+        touches = np.zeros((count, 2), bool)
+        for one, other in ((left, right), (right, left)):
+            touches[one[side[other] == sign], 0] = True
+            touches[one[side[other] == -sign], 1] = True
+        folds = (side == 0) & touches[:, 0] & ~touches[:, 1]
+        side[folds] = sign
+        if not folds.any():
+            break
+    return side[piece] == sign
 
 
 def _doubles(mesh: ReadMesh, shapes: PartShapes, kept: Mask) -> Mask:

@@ -32,7 +32,7 @@ _BODY_WORDS = re.compile(r"(avatar|mannequin|dummy|body|skin|human|genesis|figur
 """Words in the names of bodies, whose eyes and mouths may be open."""
 _DETAIL = re.compile(r"lod[\s_.-]*(\d+)", re.IGNORECASE)
 _CLOSED, _NEARLY_CLOSED = 0.05, 0.6
-"""Largest length of rims, over the root of the area, of closed parts, and of those that are called a body."""
+"""Largest length of rims, over the root of the area, of closed parts, and of bodies beside cloth or called so."""
 _TRIM_AREA, _PATCH_AREA, _MOST_AREA = 0.05, 0.1, 0.5
 """Largest areas of closed trims, of patches on cloth, and of all that has the name of a trim, as fractions."""
 _PATCH_DISTANCE = 0.01
@@ -78,6 +78,8 @@ def leave_out_solids(mesh: ReadMesh, file: str) -> tuple[ReadMesh, str | None]:
     solid = (shapes.solidity > SOLID) & closed & (~large | (shapes.handles < 0.5))
     called = np.array([_has_word(name, _BODY_WORDS) for name in shapes.names])
     solid |= (shapes.solidity > SOLID) & (shapes.rims < _NEARLY_CLOSED) & called
+    beside_cloth = ((shapes.rims > 1) & (shapes.areas > 0.1 * shapes.areas.sum())).any()
+    solid |= (shapes.solidity > SOLID) & (shapes.rims < _NEARLY_CLOSED) & large & beside_cloth
     if not solid.any():
         return mesh, None
     tall = float(np.ptp(np.concatenate([shapes.low[solid], shapes.high[solid]]), axis=0).max())
@@ -89,38 +91,48 @@ def leave_out_solids(mesh: ReadMesh, file: str) -> tuple[ReadMesh, str | None]:
     if solid.all():
         cure = "name a file with cloth: sheets or tubes with open rims"
         raise BadGarment(f"{file} has no cloth", f"{_parts(solid)}, closed and solid, {height} long", cure)
-    named = _listed(shapes, solid)
+    named = _list_parts(shapes, solid)
     note = f"left out: a body of {height} ({named})" if is_body else f"left out: {named}, closed and solid"
     return mesh.with_faces(np.flatnonzero(~solid[shapes.face_parts]), note), unit
 
 
+def leave_out_named(mesh: ReadMesh) -> ReadMesh:
+    """Leaves out parts that are no cloth by their names, such as zips, and a flat ground plane.
+
+    Args:
+        mesh: The mesh, in any unit.
+    """
+    shapes = part_shapes(mesh)
+    called = np.array([_is_trim(name) for name in shapes.names])
+    flat = ((shapes.high - shapes.low).min(axis=1) < 1e-4 * shapes.sizes) & (shapes.counts <= 8) & ~called
+    if shapes.areas[called].sum() >= _MOST_AREA * shapes.areas[~flat].sum():
+        called[:] = False
+    if (flat | called).all():
+        return mesh
+    return _leave_out(mesh, shapes, {"by their names": called, "flat, as a floor is": flat})
+
+
 def leave_out_trims(mesh: ReadMesh) -> ReadMesh:
-    """Leaves out parts that are no cloth by their size, name or place: buttons, zips, cords, patches, a ground plane.
+    """Leaves out parts that are no cloth by their size or place: buttons, cords, patches on the cloth.
 
     Args:
         mesh: The mesh [m].
     """
     shapes = part_shapes(mesh)
-    out = shapes.sizes < SMALLEST_CLOTH
-    reasons = {"smaller than 5 cm": out.copy()}
-    if shapes.areas[out].sum() > _MOST_AREA * shapes.areas.sum():
+    small = shapes.sizes < SMALLEST_CLOTH
+    if shapes.areas[small].sum() > _MOST_AREA * shapes.areas.sum():
         return mesh
-    total, largest = shapes.areas.sum(), shapes.areas.max()
-    called = np.array([_is_trim(name) for name in shapes.names]) & ~out
-    if shapes.areas[called].sum() < _MOST_AREA * total:
-        reasons["by their names"] = called
-        out |= called
-    flat = ((shapes.high - shapes.low).min(axis=1) < 1e-4 * shapes.sizes) & (shapes.counts <= 8) & ~out
-    if shapes.areas[flat].sum() < total and (~out & ~flat).any() and flat.any():
-        reasons["flat, as a floor is"] = flat
-        out |= flat
-    cords = (shapes.rims < _CLOSED) & (shapes.areas < _TRIM_AREA * largest) & ~out
-    reasons["closed, as cords are"] = cords
-    out |= cords
-    patches = _patches(mesh, shapes, out, largest)
-    reasons["lying on other cloth"] = patches
-    out |= patches
-    notes = [f"left out: {_listed(shapes, each)}, {why}" for why, each in reasons.items() if each.any()]
+    largest = shapes.areas[~small].max()
+    cords = (shapes.rims < _CLOSED) & (shapes.areas < _TRIM_AREA * largest) & ~small
+    patches = _patches(mesh, shapes, small | cords, largest)
+    reasons = {"smaller than 5 cm": small, "closed, as cords are": cords, "lying on other cloth": patches}
+    return _leave_out(mesh, shapes, reasons)
+
+
+def _leave_out(mesh: ReadMesh, shapes: PartShapes, reasons: dict[str, np.ndarray]) -> ReadMesh:
+    """Returns the mesh without some parts, with a note for each reason."""
+    out = np.any(list(reasons.values()), axis=0)
+    notes = [f"left out: {_list_parts(shapes, each)}, {why}" for why, each in reasons.items() if each.any()]
     return mesh.with_faces(np.flatnonzero(~out[shapes.face_parts]), *notes) if notes else mesh
 
 
@@ -198,7 +210,7 @@ def _parts(which: np.ndarray) -> str:
     return "a part" if count == 1 else f"{count} parts"
 
 
-def _listed(shapes: PartShapes, which: np.ndarray) -> str:
+def _list_parts(shapes: PartShapes, which: np.ndarray) -> str:
     """Returns how many parts these are, with the names of some."""
     names = list(dict.fromkeys(shapes.name(int(part)) for part in np.flatnonzero(which) if shapes.names[part]))
     shown = ", ".join(names[:4]) + (", and more" if len(names) > 4 else "")

@@ -10,6 +10,8 @@ from hemline.meshes import ReadMesh, edge_strains
 from .units import UNITS
 
 _PATTERN_OFF = 0.15
+_PATTERN_UNITS = ("m", "dm", "cm", "mm", "in")
+"""Units that programs write patterns in."""
 
 
 def rest_shape(
@@ -44,7 +46,7 @@ def rest_shape(
     flat = rest_edges_of_pattern(mesh.pattern, mesh.pattern_faces)
     degenerate = bool((np.linalg.det(flat) <= 0).any())
     least = np.inf
-    for length in () if degenerate else (scale, *(each for each in UNITS.values() if each != scale)):
+    for length in () if degenerate else (scale, *(UNITS[unit] for unit in _PATTERN_UNITS if UNITS[unit] != scale)):
         off = float(np.median(np.abs(edge_strains(mesh.vertices, mesh.faces, length * flat))))
         least = min(least, off)
         if off < _PATTERN_OFF:
@@ -54,7 +56,7 @@ def rest_shape(
             return length * flat, True, (note,) * (guessed or length != scale)
     if use_pattern:
         got = "triangles without an area" if degenerate else f"edges that differ by {100 * least:.0f} % in the median"
-        what = f"{name}: texture coordinates must be the pattern, in {', '.join(UNITS)}"
+        what = f"{name}: texture coordinates must be the pattern, in {', '.join(_PATTERN_UNITS)}"
         raise BadGarment(what, got, "set pattern = false")
     return of_mesh, False, ("rest shape: the mesh itself, as its texture coordinates (vt) are no pattern to scale",)
 

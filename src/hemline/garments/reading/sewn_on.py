@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hemline.meshes import ReadMesh, face_areas, vertex_normals
+from hemline.meshes import ReadMesh, face_areas, sheets, vertex_normals
 from hemline.meshes.edges import directed_edges
 
 SEAM_GAP = 0.002
@@ -39,10 +39,10 @@ def sew_on(mesh: ReadMesh) -> ReadMesh:
     at_edge = {int(edge): order[ends[edge] - times[edge] : ends[edge]] for edge in np.flatnonzero(times > 2)}
     links = _links(order, ends, times, count)
     sheets = _sheets(count, links)
-    links += _continued(mesh, pairs, at_edge, sheets, count)
+    links += _pair_triangles(mesh, pairs, at_edge, sheets, count)
     joined = _link_sets(links)
     split, shared = _stitches(pairs[list(at_edge)])
-    return _taken_apart(mesh, split, joined, len(at_edge), len(shared))
+    return _take_apart(mesh, split, joined, len(at_edge), len(shared))
 
 
 def _links(order: np.ndarray, ends: np.ndarray, times: np.ndarray, count: int) -> list[tuple[int, int]]:
@@ -61,7 +61,7 @@ def _sheets(count: int, links: list[tuple[int, int]]) -> np.ndarray:
     return connected_components(graph, directed=False)[1]
 
 
-def _continued(
+def _pair_triangles(
     mesh: ReadMesh, pairs: np.ndarray, at_edge: dict[int, np.ndarray], sheets: np.ndarray, count: int
 ) -> list[tuple[int, int]]:
     """Returns pairs of triangles that go on as one sheet at edges with more than two."""
@@ -126,7 +126,7 @@ def _stitches(seams: np.ndarray) -> tuple[set[int], set[int]]:
     return set(beside) - shared, shared
 
 
-def _taken_apart(
+def _take_apart(
     mesh: ReadMesh, split: set[int], joined: dict[int, set[int]], edge_count: int, stitch_count: int
 ) -> ReadMesh:
     """Gives each sheet beyond the largest one a vertex of its own where sheets come apart."""
@@ -149,7 +149,7 @@ def _taken_apart(
         marks={name: np.concatenate([mark, mark[copies]]) for name, mark in mesh.marks.items()},
         faces=faces,
     )
-    moved = _lifted(mesh, extended, np.array(copies, int), owners)
+    moved = _lift(mesh, extended, np.array(copies, int), owners)
     note = (
         f"seams: {edge_count} edges had three triangles or more; the sheets there, such as pockets and plackets, are "
         f"sewn together at {stitch_count} vertices"
@@ -172,17 +172,20 @@ def _fans(faces: list[int], joined: dict[int, set[int]]) -> list[list[int]]:
     return sorted(fans, key=lambda fan: (-len(fan), fan))
 
 
-def _lifted(mesh: ReadMesh, extended: ReadMesh, copies: np.ndarray, owners: list[list[int]]) -> np.ndarray:
-    """Moves the vertices of sheets that are sewn on off the cloth beneath, to the side where the sheet lies."""
+def _lift(mesh: ReadMesh, extended: ReadMesh, copies: np.ndarray, owners: list[list[int]]) -> np.ndarray:
+    """Moves the vertices of sheets that are sewn on off the cloth beneath, to the side where each sheet lies."""
     vertices = extended.vertices.copy()
     if not len(copies):
         return vertices
     base = np.ones(len(mesh.faces), bool)
     base[np.unique(np.concatenate([np.array(fan, int) for fan in owners]))] = False
-    normals = vertex_normals(mesh.vertices, mesh.faces[base])
+    normals = vertex_normals(mesh.vertices, mesh.faces[base])[copies]
+    sheet = sheets(extended.faces)[[fan[0] for fan in owners]]
+    heights = np.zeros(int(sheet.max()) + 1)
     for number, (vertex, fan) in enumerate(zip(copies.tolist(), owners, strict=True)):
         away = mesh.vertices[mesh.faces[fan]].reshape(-1, 3) - mesh.vertices[vertex]
         weights = np.repeat(face_areas(mesh.vertices, mesh.faces[fan]), 3)
-        height = float((weights[:, None] * away).sum(axis=0) @ normals[vertex])
-        vertices[len(mesh.vertices) + number] += (SEAM_GAP if height >= 0 else -SEAM_GAP) * normals[vertex]
+        heights[sheet[number]] += float((weights[:, None] * away).sum(axis=0) @ normals[number])
+    side = np.where(heights[sheet] >= 0, SEAM_GAP, -SEAM_GAP)
+    vertices[len(mesh.vertices) :] += side[:, None] * normals
     return vertices

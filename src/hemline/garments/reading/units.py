@@ -8,6 +8,9 @@ from hemline.errors import BadGarment
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 """Units by name, in metres."""
 
+UNIT_NAMES = {"in": "inches", "ft": "feet"}
+"""Units whose short names are words, in full."""
+
 AXES = ("y", "z")
 """Axes that may point up; the first is hemline's own."""
 

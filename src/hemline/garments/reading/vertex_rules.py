@@ -43,13 +43,13 @@ def on_cloth(description: GarmentFile, mesh: ReadMesh, name: str) -> tuple[Garme
         pins = tuple(replace(each, vertices=_ids(each.vertices, mesh, name)) for each in groups)
     else:
         pins = _ids(pins, mesh, name)  # type: ignore[arg-type]
-    chains = tuple(_translated(chain, mesh, f"{name}: chains name") for chain in description.chains)
+    chains = tuple(_translate(chain, mesh, f"{name}: chains name") for chain in description.chains)
     return replace(description, pins=pins, chains=chains), notes
 
 
 def _ids(rule: tuple[int, ...] | str | None, mesh: ReadMesh, name: str) -> PinRule:
     if isinstance(rule, tuple):
-        return tuple(dict.fromkeys(_translated(rule, mesh, f"{name}: pins name")))
+        return tuple(dict.fromkeys(_translate(rule, mesh, f"{name}: pins name")))
     kind, _, value = (rule or "").partition(":")
     if kind not in ("group", "colour", "color"):
         return rule
@@ -65,7 +65,7 @@ def _ids(rule: tuple[int, ...] | str | None, mesh: ReadMesh, name: str) -> PinRu
     return tuple(ids.tolist())
 
 
-def _translated(ids: tuple[int, ...], mesh: ReadMesh, what: str) -> tuple[int, ...]:
+def _translate(ids: tuple[int, ...], mesh: ReadMesh, what: str) -> tuple[int, ...]:
     count = len(mesh.vertices) if mesh.file_ids is None else len(mesh.file_ids)
     result = []
     for vertex in ids:

@@ -10,8 +10,11 @@ from hemline.meshes.normals import face_areas
 
 from .mesh import WELD_TOLERANCE, ReadMesh
 
-FLATTEST = 0.5e-6
-"""Triangles with less area than this, as a fraction of the square of their longest side, have none."""
+FLATTEST = 5e-5
+"""Triangles with less area than this, as a fraction of the square of their longest side, count as without any."""
+
+SHORTEST = 1e-4
+"""Corners of such a triangle nearer to each other than this fraction of its longest side become one."""
 
 _FLAT_MOST = 0.25
 """A mesh with more triangles without area than this fraction is damaged, and left for `check_mesh` to refuse."""
@@ -126,9 +129,11 @@ def _without_flat(mesh: ReadMesh, flat: np.ndarray) -> ReadMesh:
     place = _places(mesh)
     target = np.arange(len(mesh.vertices))
     for face in mesh.faces[flat]:
-        for one, other in ((0, 1), (1, 2), (2, 0)):
-            a, b = sorted((_root(target, int(face[one])), _root(target, int(face[other]))))
-            if a != b and place[a] == place[b]:
+        corner = mesh.vertices[face]
+        lengths = [float(np.linalg.norm(corner[(k + 1) % 3] - corner[k])) for k in range(3)]
+        for k in range(3):
+            a, b = sorted((_root(target, int(face[k])), _root(target, int(face[(k + 1) % 3]))))
+            if a != b and (place[a] == place[b] or lengths[k] < SHORTEST * max(lengths)):
                 target[b] = a
     target = np.array([_root(target, vertex) for vertex in range(len(target))])
     faces = target[mesh.faces]

@@ -101,11 +101,11 @@ def weld(mesh: ReadMesh) -> ReadMesh:
     _, first, inverse = np.unique(place, axis=0, return_index=True, return_inverse=True)
     target = np.arange(len(mesh.vertices))
     target[rim] = rim[first][inverse.reshape(-1)]
-    welded = _welded(mesh, target, "lay on another one")
+    welded = _merge(mesh, target, "lay on another one")
     return _weld_gaps(welded)
 
 
-def _welded(mesh: ReadMesh, target: np.ndarray, how: str) -> ReadMesh:
+def _merge(mesh: ReadMesh, target: np.ndarray, how: str) -> ReadMesh:
     """Returns the mesh with each vertex in the place of its target, if that leaves it manifold."""
     removed = int((target != np.arange(len(target))).sum())
     if not removed or not _manifold(target[mesh.faces]):
@@ -134,7 +134,7 @@ def _weld_gaps(mesh: ReadMesh) -> ReadMesh:
         graph = coo_matrix((np.ones(len(near), bool), near.T), (count, count))
         group = connected_components(graph, directed=False)[1]
         _, first = np.unique(group, return_index=True)
-        welded = _welded(mesh, first[group], f"lay within {100 * fraction:.0f} % of an edge of another one")
+        welded = _merge(mesh, first[group], f"lay within {100 * fraction:.0f} % of an edge of another one")
         if welded is not mesh and len(welded.vertices) < 0.5 * count:
             return welded
     return mesh

@@ -84,7 +84,7 @@ def read_gltf_mesh(path: str | Path) -> ReadMesh:
 def _parts(gltf: Gltf, nodes: Nodes, pose: BindPose) -> Iterator[_Part]:
     """Yields each primitive at each place where the scene shows it."""
     primitives = corners = vertices = 0
-    shared = _shared_positions(gltf)
+    shared = _positions_of_several(gltf)
     for node in _scene_nodes(gltf, nodes):
         entry = gltf.all("nodes")[node]
         mesh = gltf.all("meshes")[entry["mesh"]] if "mesh" in entry else {"primitives": ()}
@@ -112,7 +112,7 @@ def _parts(gltf: Gltf, nodes: Nodes, pose: BindPose) -> Iterator[_Part]:
             yield _Part(placed, faces, _label(gltf, nodes, node, mesh, primitive), *_attributes(gltf, primitive, used))
 
 
-def _shared_positions(gltf: Gltf) -> set[int]:
+def _positions_of_several(gltf: Gltf) -> set[int]:
     """Returns the accessors of positions that several primitives share, as they do for the materials of a mesh."""
     named = [each["attributes"]["POSITION"] for mesh in gltf.all("meshes") for each in mesh["primitives"]]
     return {each for each, times in Counter(named).items() if times > 1}
