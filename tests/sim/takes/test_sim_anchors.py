@@ -1,13 +1,20 @@
 """Garments settled in given poses, with their derivatives, in a dataset."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hemline import bodies, garments, sim
+from hemline.bodies import limb_bones
 from hemline.datasets import open_dataset
 from hemline.errors import BadBody, BadInput
+from hemline.meshes import segment_crossings
 from hemline.motions.motion import Pose
+from hemline.motions.pose_clusters import PoseClusters
 from hemline.motions.quaternions import from_axis_angle, multiply
+from hemline.sim.takes.anchors import PosedTakes, produce_posed
+from hemline.sim.takes.database import Database
 
 
 @pytest.fixture(scope="module")
@@ -81,3 +88,52 @@ def test_wrong_joints_and_betas_are_refused(napkin, shaped, tmp_path):
         sim.produce_anchors(tmp_path / "data", napkin, [sim.Anchor(shaped.rest_pose)], turns=[99])
     with pytest.raises(BadBody, match="has 16 betas"):
         sim.produce_anchors(tmp_path / "data", napkin, [sim.Anchor(shaped.rest_pose, (0.0,) * 17)])
+
+
+def test_an_anchor_takes_the_next_pose_or_does_without_a_body(napkin, shaped, tmp_path):
+    folder, poses, shapes = tmp_path / "data", [turn_pose(shaped, 0.1), turn_pose(shaped, 0.2)], [(), (1.0,)]
+    (first,) = produce_posed(folder, napkin, [poses[:1]], shapes)
+    assert first == PosedTakes(poses[0], first.names, 0) and len(first.names) == 2
+    dataset = open_dataset(folder)
+
+    def fail(name):
+        dataset.add(replace(dataset.take(name), failed="it did not come to rest"))
+
+    fail(first.names[1])
+    (second,) = produce_posed(folder, napkin, [poses], shapes)
+    assert second.pose is poses[1] and second.candidate == 1 and len(second.names) == 2
+    fail(second.names[0])
+    (third,) = produce_posed(folder, napkin, [poses], shapes)
+    assert third.pose is poses[0] and third.names == first.names[:1]  # the other body is left out
+    fail(first.names[0])
+    assert produce_posed(folder, napkin, [poses], shapes) == [None]
+
+
+def test_an_anchor_with_a_limb_through_the_cloth_is_left_out(napkin, shaped, tmp_path):
+    folder, poses = tmp_path / "data", [turn_pose(shaped, 0.1), turn_pose(shaped, 0.2)]
+    (first,) = produce_posed(folder, napkin, [poses[:1]])
+    dataset = open_dataset(folder)
+    take = dataset.take(first.names[0])
+    bones = limb_bones(shaped.posed(poses[0]).joints)
+    # the cape, carried forward until an upper arm is in it
+    for step in np.linspace(0, 0.5, 101):
+        vertices = take.vertices + np.array([0, 0, step], np.float32)
+        if (segment_crossings(bones, vertices[0], napkin.faces) > 0).any():
+            break
+    dataset.add(replace(take, vertices=vertices))
+    (second,) = produce_posed(folder, napkin, [poses])
+    assert second.candidate == 1 and second.names != first.names
+
+
+def test_what_a_database_lacks_is_said_in_one_line(shaped):
+    pose, shapes = shaped.rest_pose, [(), (-1.0,), (1.0,)]
+    full, other = PosedTakes(pose, ("a", "b", "c")), PosedTakes(pose, ("d", "e", "f"), 2)
+    partial = PosedTakes(pose, ("g", "h"), 1)
+    empty = PoseClusters(np.zeros((0, 24, 4)), (), 0.0)
+    weights = np.ones(24)
+    assert Database(empty, weights, [full], [full], [], shapes).shortfall() is None
+    line = Database(empty, weights, [full, other, partial, None], [full, None], [None], shapes).shortfall()
+    assert line == (
+        "of 4 anchors 2 in another pose of their cluster, 1 without some bodies (1 of 3), 1 left out, as no pose of "
+        "their cluster came to rest; 1 of 2 poses on one body left out; 1 of 1 random bodies left out"
+    )

@@ -154,13 +154,13 @@ def run(options: SimulateOptions) -> int:
 
 
 def _say_if_close(options: SimulateOptions, garment: "Garment", shaped: "ShapedBody") -> None:
-    """Prints a line before the clips are simulated if hardly anything of the garment hangs."""
-    from hemline.garments.hanging import HANGING_DISTANCE, HARDLY_HANGS, hanging_percent
+    """Prints a line before the clips are simulated if little of the garment hangs."""
+    from hemline.garments.hanging import HANGING_DISTANCE, LITTLE_HANGS, hanging_percent
 
     percent = hanging_percent(garment.vertices, garment.faces, shaped)
-    if percent < HARDLY_HANGS:
+    if percent < LITTLE_HANGS:
         note(
-            f"hardly anything of '{garment.name}' hangs, {percent:.0f} % of its cloth is farther than "
+            f"little of '{garment.name}' hangs, {percent:.0f} % of its cloth is farther than "
             f"{100 * HANGING_DISTANCE:.0f} cm from the skin: for a model, fit agentdress to what 'hemline drape "
             f"{options.garment} --anchors 4 --poses 40 --random 10 -m {' '.join(options.motion)} -o DRAPES' makes"
         )

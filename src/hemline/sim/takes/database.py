@@ -59,15 +59,14 @@ class Database:
         partial = [len(self.shapes) - len(anchor.names) for anchor in found if len(anchor.names) < len(self.shapes)]
         others = sum(anchor.candidate > 0 for anchor in found)
         empty = len(self.anchors) - len(found)
-        parts = [f"{others} took another pose of their cluster"] * bool(others)
-        parts += [f"{len(partial)} do without {sum(partial)} of {len(self.shapes) * len(partial)} bodies"] * bool(
-            partial
-        )
-        parts += [f"{empty} are left out, no pose of their cluster came to rest"] * bool(empty)
+        parts = [f"{others} in another pose of their cluster"] * bool(others)
+        if partial:
+            parts.append(f"{len(partial)} without some bodies ({sum(partial)} of {len(self.shapes) * len(partial)})")
+        parts += [f"{empty} left out, as no pose of their cluster came to rest"] * bool(empty)
         parts = [f"of {len(self.anchors)} anchors " + ", ".join(parts)] * bool(parts)
         for name, takes in (("poses on one body", self.beside), ("random bodies", self.random)):
             missing = sum(each is None for each in takes)
-            parts += [f"{missing} of {len(takes)} {name} are left out"] * bool(missing)
+            parts += [f"{missing} of {len(takes)} {name} left out"] * bool(missing)
         return "; ".join(parts) or None
 
 

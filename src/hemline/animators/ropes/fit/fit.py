@@ -21,7 +21,7 @@ from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
 from hemline.errors import HemlineWarning, MissingExtra
 from hemline.garments.garment import Garment
-from hemline.garments.hanging import HANGING_DISTANCE, HARDLY_HANGS, hanging_percent
+from hemline.garments.hanging import HANGING_DISTANCE, LITTLE_HANGS, hanging_percent
 from hemline.learning.mlp import Mlp
 from hemline.motions.terms import as_stated
 
@@ -63,7 +63,7 @@ def fit(
         MissingExtra: torch is not installed.
 
     Warns:
-        HemlineWarning: Hardly anything of the garment hangs; or see `fit_ropes`.
+        HemlineWarning: Little of the garment hangs; or see `fit_ropes`.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Sections 7 to 9. Differs: see `learn.learn` and `networks.train_network`.
@@ -105,14 +105,14 @@ def fit(
 
 
 def warn_if_close(garment: Garment, percent: float) -> None:
-    """Warns before anything is trained if hardly anything of a garment hangs, since ropes show only what does.
+    """Warns before anything is trained if little of a garment hangs, since ropes show only what does.
 
     Args:
         garment: The garment.
         percent: Part of its cloth that hangs, see `garments.hanging.hanging_percent`.
     """
-    if percent < HARDLY_HANGS:
-        what = f"hardly anything of '{garment.name}' hangs, and rope chains are for cloth that does"
+    if percent < LITTLE_HANGS:
+        what = f"little of '{garment.name}' hangs, and rope chains are for cloth that does"
         got = f"{percent:.0f} % of it farther than {100 * HANGING_DISTANCE:.0f} cm from the skin"
         cure = "fit --animator agentdress to what 'hemline drape GARMENT --anchors 4 --poses 40 --random 10' makes"
         warnings.warn(HemlineWarning(what, got, cure), stacklevel=3)
