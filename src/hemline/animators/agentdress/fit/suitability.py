@@ -71,7 +71,7 @@ def warn_of_poor_fit(garment: str, figures: Mapping[str, float], config: AgentDr
             (
                 f"'{garment}' is too loose for AgentDress, which is for garments within {LOOSE_MM:.0f} mm of the skin",
                 f"{figures['skin_distance_mm']:.0f} mm on average",
-                f"{expected}, and no swing, or fit --animator ropes",
+                f"{expected}, and no swing, or fit --animator ropes if most of it hangs",
             )
         )
     if figures.get("stretch_percent", 0.0) > STRETCHED_PERCENT:
