@@ -11,7 +11,7 @@ from hemline import garments
 from hemline.errors import BadGarment
 from hemline.garments.reading.file_parts import split_part
 from hemline.garments.reading.source import GarmentSource
-from hemline.meshes import boundary_loops, check_mesh, face_areas, open_rims, vertex_normals
+from hemline.meshes import boundary_loops, check_mesh, face_areas, open_rims, sheets, vertex_normals
 from hemline.meshes.edges import directed_edges
 
 
@@ -228,6 +228,11 @@ def test_a_pocket_that_is_sewn_on_becomes_a_sheet_of_its_own(shirt, tmp_path):
     moved = cloth.vertices[len(vertices) :]
     gap = np.linalg.norm(moved[:, None] - vertices[None], axis=2).min(axis=1)
     assert np.allclose(gap, 0.002, atol=1e-5)
+    # the pocket faces the other way, or the simulator would take it for a neighbour that the shirt cannot meet
+    ends = cloth.vertices[cloth.faces]
+    normals = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])
+    front = normals[(sheets(cloth.faces) > 0)][:, 2]
+    assert (front < 0).all()
 
 
 @pytest.mark.parametrize("unit", ["m", "cm", "mm", "in"])

@@ -254,8 +254,6 @@ def test_bad_meshes_are_refused(shaped, mesh, tmp_path):
         garments.read(obj(tmp_path / "skirt.obj", vertices, np.concatenate([faces, [[0, 1, 432]]])), shaped)
     with pytest.raises(BadMesh, match="must have faces"):
         garments.read(obj(tmp_path / "skirt.obj", vertices, []), shaped)
-    with pytest.raises(BadGarment, match="vertices without a triangle; got 1 of 433, the first is 432"):
-        garments.read(obj(tmp_path / "skirt.obj", np.concatenate([vertices, [[0, 0, 1]]]), faces), shaped)
     with pytest.raises(BadMesh, match="no known mesh ending"):
         garments.read(tmp_path / "skirt.fbx", shaped)
 
@@ -295,7 +293,7 @@ def test_other_formats_lead_to_the_same_garment(shaped, mesh, tmp_path, ending):
         ("garmentcode_mit/skirt_circle_mean_all.obj", ["the pattern (vt)", "on the floor"]),
         ("makehuman_cc0/long_skirt.obj", ["29 vertices were inside the body at rest"]),
         ("makehuman_cc0/mhclo/skirthelper.obj", ["684 polygons", "they are dm"]),
-        ("style3d_bsd3/tshirt_12k.obj", ["on the floor", "key joint: neck"]),
+        ("style3d_bsd3/tshirt_12k.obj", ["on the floor", "pins: none, as the shoulders carry it"]),
     ],
 )
 def test_garments_of_other_makers_are_read_aloud(shaped, file, notes):

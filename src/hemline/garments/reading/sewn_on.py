@@ -149,7 +149,8 @@ def _take_apart(
         marks={name: np.concatenate([mark, mark[copies]]) for name, mark in mesh.marks.items()},
         faces=faces,
     )
-    moved = _lift(mesh, extended, np.array(copies, int), owners)
+    moved, turned = _lift(mesh, extended, np.array(copies, int), owners)
+    extended = _turn_over(extended, turned)
     note = (
         f"seams: {edge_count} edges had three triangles or more; the sheets there, such as pockets and plackets, are "
         f"sewn together at {stitch_count} vertices"
@@ -172,11 +173,26 @@ def _fans(faces: list[int], joined: dict[int, set[int]]) -> list[list[int]]:
     return sorted(fans, key=lambda fan: (-len(fan), fan))
 
 
-def _lift(mesh: ReadMesh, extended: ReadMesh, copies: np.ndarray, owners: list[list[int]]) -> np.ndarray:
-    """Moves the vertices of sheets that are sewn on off the cloth beneath, to the side where each sheet lies."""
+def _turn_over(mesh: ReadMesh, turned: np.ndarray) -> ReadMesh:
+    """Turns triangles over."""
+    pattern_faces = None if mesh.pattern_faces is None else mesh.pattern_faces.copy()
+    for corners in (faces := mesh.faces.copy(), pattern_faces):
+        if corners is not None:
+            corners[turned] = corners[turned][:, [0, 2, 1]]
+    return replace(mesh, faces=faces, pattern_faces=pattern_faces)
+
+
+def _lift(
+    mesh: ReadMesh, extended: ReadMesh, copies: np.ndarray, owners: list[list[int]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Moves the vertices of sheets that are sewn on off the cloth beneath, to the side where each sheet lies.
+
+    Returns also the triangles of sheets that face the same way as the cloth beneath. They are to be turned over, since
+    the simulator takes connected cloth that faces the same way for neighbours that cannot meet.
+    """
     vertices = extended.vertices.copy()
     if not len(copies):
-        return vertices
+        return vertices, np.empty(0, np.int64)
     base = np.ones(len(mesh.faces), bool)
     base[np.unique(np.concatenate([np.array(fan, int) for fan in owners]))] = False
     normals = vertex_normals(mesh.vertices, mesh.faces[base])[copies]
@@ -188,4 +204,6 @@ def _lift(mesh: ReadMesh, extended: ReadMesh, copies: np.ndarray, owners: list[l
         heights[sheet[number]] += float((weights[:, None] * away).sum(axis=0) @ normals[number])
     side = np.where(heights[sheet] >= 0, SEAM_GAP, -SEAM_GAP)
     vertices[len(mesh.vertices) :] += side[:, None] * normals
-    return vertices
+    own_normals = vertex_normals(vertices, extended.faces)[len(mesh.vertices) :]
+    agreement = np.bincount(sheet, (own_normals * normals).sum(axis=1), len(heights))
+    return vertices, np.flatnonzero(np.isin(sheets(extended.faces), np.flatnonzero(agreement > 0)))

@@ -13,6 +13,8 @@ WELD_TOLERANCE = 1e-5
 
 _LOOSE_PARTS = 0.1
 """A mesh with more parts than this fraction of its triangles fell apart, and is welded across gaps."""
+_ROUNDS = 6
+"""Number of rounds in which vertices are left apart where merging them makes a conflict."""
 _WIDEST_GAP = 0.1
 """Widest gap that is welded then, as a fraction of the median length of an edge."""
 
@@ -82,8 +84,8 @@ def weld(mesh: ReadMesh) -> ReadMesh:
     """Closes seams with duplicate vertices: rim vertices at one place become one, the first of them.
 
     A mesh that was split by an export with normals or texture seams becomes one piece of cloth again; its pattern
-    (texture coordinates) stays, corner by corner. Rims that merely touch are not welded: an edge must not get three
-    triangles, nor a triangle two equal corners. A mesh of loose triangles is welded across gaps of up to a tenth of its
+    (texture coordinates) stays, corner by corner. Rims are not welded where an edge would get three triangles, or a
+    triangle two equal corners. A mesh of loose triangles is welded across gaps of up to a tenth of its
     median edge, too.
 
     Args:
@@ -101,7 +103,7 @@ def weld(mesh: ReadMesh) -> ReadMesh:
     _, first, inverse = np.unique(place, axis=0, return_index=True, return_inverse=True)
     target = np.arange(len(mesh.vertices))
     target[rim] = rim[first][inverse.reshape(-1)]
-    welded = _merge(mesh, target, "lay on another one")
+    welded = _merge(mesh, _without_conflicts(mesh.faces, target), "lay on another one")
     return _weld_gaps(welded)
 
 
@@ -112,6 +114,22 @@ def _merge(mesh: ReadMesh, target: np.ndarray, how: str) -> ReadMesh:
         return mesh
     note = f"seams: {removed} vertices that {how} were welded to it, vertex ids are new"
     return mesh.with_faces(np.arange(len(mesh.faces)), note, merged=target)
+
+
+def _without_conflicts(faces: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Leaves vertices apart whose merging would give an edge three triangles, or a triangle two equal corners."""
+    target = target.copy()
+    for _ in range(_ROUNDS):
+        merged = target[faces]
+        pairs, count = _count_edges(merged)
+        wrong = np.zeros(len(target), bool)
+        wrong[pairs[count > 2]] = True
+        wrong[merged[(merged == np.roll(merged, 1, axis=1)).any(axis=1)]] = True
+        apart = wrong[target] & (target != np.arange(len(target)))
+        if not apart.any():
+            break
+        target[apart] = np.flatnonzero(apart)
+    return target
 
 
 def _weld_gaps(mesh: ReadMesh) -> ReadMesh:
