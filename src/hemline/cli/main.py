@@ -14,7 +14,7 @@ from .usage_error import usage_error
 
 VERBS = {
     "make": "make a model of any garment mesh: try on, choose a method by measurement, fit, check, report",
-    "body": "convert a rigged character (GLB, VRM) or an SMPL file to a body that wears garments",
+    "body": "convert a rigged character (GLB, VRM, FBX) or an SMPL file to a body that wears garments",
     "generate": "make a top, dress, skirt, trousers or jumpsuit from its measures",
     "tryon": "put a garment made for another body onto this one, or report why it cannot be worn",
     "simulate": "simulate a garment on motion clips into a dataset of takes",

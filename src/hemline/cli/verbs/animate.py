@@ -17,7 +17,7 @@ class AnimateOptions:
     """Options of `hemline animate`."""
 
     motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
-    """Clip to play: a BVH, AMASS or GLB file, or the name of a shipped excerpt.
+    """Clip to play: a BVH, FBX, GLB or SMPL .npz file, or the name of a shipped excerpt.
     FILE.glb:NAME selects a clip of several."""
     model: Annotated[str | None, tyro.conf.Positional] = None
     """Model to play: a file, or the name of a shipped model.

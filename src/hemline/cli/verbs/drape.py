@@ -52,7 +52,7 @@ class DrapeOptions:
     derivatives: bool = False
     """Compute the derivatives by every joint at each anchor too, for sensitivity-optimised rigging."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
-    """Clips to choose the anchor poses from: .bvh or AMASS .npz files, or names of shipped excerpts."""
+    """Clips to choose the anchor poses from: .bvh, .fbx, .glb or SMPL .npz files, or names of shipped excerpts."""
     up: Up | None = None
     """Axis that is up in the files of clips, such as z, or -y as in a camera's coordinates (--up=-y).
     By default it is found from the body: up is where the head is."""

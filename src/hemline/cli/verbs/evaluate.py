@@ -17,7 +17,7 @@ class EvaluateOptions:
     model: Annotated[str, tyro.conf.Positional]
     """Model to measure: a file, or the name of a shipped model."""
     motion: Annotated[str, tyro.conf.arg(aliases=["-m"])]
-    """Clip to play: a BVH, AMASS or GLB file, or the name of a shipped excerpt."""
+    """Clip to play: a BVH, FBX, GLB or SMPL .npz file, or the name of a shipped excerpt."""
     garment: str | None = None
     """Garment to dress, by name or file, for a model that plays any garment."""
     material: str | None = None

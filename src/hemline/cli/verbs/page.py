@@ -20,7 +20,7 @@ class PageOptions:
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """File to write (.html), or a folder for a static web host. Other files in the folder are kept."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m", "--clips"])] = ("walk", "dance")
-    """Clips to play: BVH or AMASS files, or names of shipped excerpts."""
+    """Clips to play: BVH, FBX, GLB or SMPL .npz files, or names of shipped excerpts."""
     up: Up | None = None
     """Axis that is up in the files of clips, such as z, or -y as in a camera's coordinates (--up=-y).
     By default it is found from the body: up is where the head is."""
