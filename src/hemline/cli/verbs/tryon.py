@@ -36,12 +36,12 @@ class TryonOptions:
 
 def run(options: TryonOptions) -> int:
     """Tries the garment on; if it cannot be worn, returns status 1 and writes nothing."""
+    check_paths((options.output, ".safetensors"), (options.picture, ".png"))
+    note(f"trying on {options.garment}")  # said before the imports, which take a second
     from hemline import bodies, garments, pictures
     from hemline.errors import SimulationFailed
     from hemline.tryon import try_on
 
-    check_paths((options.output, ".safetensors"), (options.picture, ".png"))
-    note(f"trying on {options.garment}")
     shaped = bodies.load(options.body).shaped(options.betas)
     with bars() as display:
         task = display.add_task("try on", total=None)
