@@ -21,8 +21,8 @@ class ExplainOptions:
     """Options of `hemline explain`."""
 
     file: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
-    """File to explain: a clip (BVH, npz of the SMPL family, FILE.glb or FILE.glb:NAME), the name of a shipped clip,
-    or a garment."""
+    """File to explain: a clip (BVH, FBX, GLB or SMPL .npz), the name of a shipped clip, or a garment.
+    FILE.glb:NAME selects a clip of several."""
     output: Annotated[Path | None, tyro.conf.arg(aliases=["-o"])] = None
     """Picture to write (.png). Defaults to NAME.explained.png in this folder."""
     up: Up | None = None

@@ -29,7 +29,7 @@ class SimulateOptions:
     Light meshes end in -light.
     Generated garments are KIND:SEED, or KIND:SEED@EDGE with an edge in mm, such as dress:7@35."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])]
-    """Clips to simulate: .bvh, .fbx, .glb or SMPL .npz files, or names of shipped excerpts such as run, walk or dance."""
+    """Clips to simulate: .bvh, .fbx, .glb or SMPL .npz files, or names of excerpts such as run or walk."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """Dataset folder to write. It is created if missing, and continued if it exists."""
     material: str | None = None

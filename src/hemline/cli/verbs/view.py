@@ -25,7 +25,7 @@ class ViewOptions:
     models: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
     """Models to choose from: files, names of shipped models, or dataset folders. Defaults to all shipped models."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
-    """Clips to choose from: BVH, FBX, GLB or SMPL .npz files, or names of shipped excerpts. Defaults to all excerpts."""
+    """Clips to choose from: BVH, FBX, GLB or SMPL .npz files, or names of excerpts. Defaults to all excerpts."""
     up: Up | None = None
     """Axis that is up in the files of clips, such as z, or -y as in a camera's coordinates (--up=-y).
     By default it is found from the body: up is where the head is."""
