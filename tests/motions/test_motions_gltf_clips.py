@@ -2,12 +2,13 @@
 
 import json
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hemline import motions
-from hemline.errors import BadMotion
+from hemline.errors import BadMotion, HemlineWarning
 from tests.motions.rig_samples import Sample, apart_mm, sample
 
 
@@ -74,6 +75,19 @@ def test_the_pose_of_nodes_does_not_matter(tmp_path, bound, posed_frame):
     write_clip(tmp_path / "walk.glb", truth, bound=bound, posed_frame=posed_frame)
     mean, most = apart_mm(motions.read(tmp_path / "walk.glb"), truth)
     assert mean < 18 and most < 60
+
+
+def test_a_sleeper_goes_on_sleeping(tmp_path):
+    """In a bed half a metre above the floor: glTF has y up, whatever a body does."""
+    truth = sample("walk", frames=slice(0, 1))
+    local = np.zeros_like(truth.bvh.rotations)
+    local[..., 0] = 1
+    local[:, 0] = [np.sqrt(0.5), -np.sqrt(0.5), 0, 0]
+    asleep = replace(truth, bvh=replace(truth.bvh, rotations=local, positions={0: np.array([[0.0, 60, 300]])}))
+    write_clip(tmp_path / "sleep.glb", asleep, bound=True)
+    with pytest.warns(HemlineWarning, match="lies or leans in 100 % of the frames, with y up"):
+        found = motions.read(tmp_path / "sleep.glb")
+    assert np.allclose(np.abs(found.rotations[0, 0]), [np.sqrt(0.5), np.sqrt(0.5), 0, 0], atol=1e-5)
 
 
 def test_a_name_may_hold_colons_and_dots(tmp_path):

@@ -115,7 +115,7 @@ def retarget_beside(
     start = 0 if trunk.standing is None else _tpose_frames(_body_rotations(bvh.rotations, match), bvh.fps)
     rig = rig.cut(slice(start, None))
     looked_at = rig.sample(_LOOKED_AT)
-    upright = find_up(_body_points(looked_at), _zero_up(trunk), up, file)
+    upright = find_up(_body_points(looked_at), _zero_up(trunk), up, file, by_format=resting)
     turn = _world_turn(trunk, upright)
     if rests and trunk.standing is not None:
         axes = {**trunk.turns, **rest_axes(rig, trunk.standing)}

@@ -64,7 +64,7 @@ class BodyPlaces:
     leg: float
 
 
-def find_up(points: BodyPlaces, expected: str, declared: str | None, file: str) -> Upright:
+def find_up(points: BodyPlaces, expected: str, declared: str | None, file: str, *, by_format: bool = False) -> Upright:
     """Returns the axis that is up.
 
     A body that is erect along another axis than the expected one, in nearly all frames, shows that the file was made
@@ -75,6 +75,8 @@ def find_up(points: BodyPlaces, expected: str, declared: str | None, file: str) 
         expected: The axis that is up by the format, or by the zero pose.
         declared: The axis that the user names; None: found.
         file: Name of the file in messages.
+        by_format: Whether the format says what is up, as glTF does; then a body must stand on the floor of another
+            world, too, before that one is taken.
 
     Raises:
         BadMotion: The declared axis is none of x, y, z, -x, -y, -z.
@@ -87,7 +89,7 @@ def find_up(points: BodyPlaces, expected: str, declared: str | None, file: str) 
     best = max(shares, key=lambda axis: (shares[axis], axis == expected, axis == "y"))
     if shares[expected] >= _RARE or best == expected:
         return Upright(expected)
-    if shares[best] >= _PLAIN and _stands(points, np.array(AXES[best]), np.array(AXES[expected])):
+    if shares[best] >= _PLAIN and _stands(points, np.array(AXES[best]), np.array(AXES[expected]), by_format):
         found = f"the body stands along {best} in {100 * shares[best]:.0f} % of the frames: {best} is taken to be up"
         return Upright(best, found)
     tilt = _lean(points, np.array(AXES[expected]))
@@ -121,7 +123,7 @@ def _lean(points: BodyPlaces, axis: Vector) -> float:
     return float(np.median(_unit(points.head - points.pelvis) @ axis))
 
 
-def _stands(points: BodyPlaces, axis: Vector, expected: Vector) -> bool:
+def _stands(points: BodyPlaces, axis: Vector, expected: Vector, by_format: bool) -> bool:
     """Whether a body that is erect along an axis stands, and does not lie on the floor of the expected world."""
     along = (points.pelvis @ axis) / points.leg
     if np.ptp(along) > _JOURNEY:
@@ -131,7 +133,9 @@ def _stands(points: BodyPlaces, axis: Vector, expected: Vector) -> bool:
     if _within(bottom, _FLAT_LOWEST) and _within(height, _FLAT_PELVIS):
         return False
     lowest = float(np.median((points.joints @ axis).min(axis=1))) / points.leg
-    return _within(lowest, _FLOOR) or not (_within(bottom, _LYING_LOWEST) and _within(height, _LYING_PELVIS))
+    if _within(lowest, _FLOOR) or by_format:
+        return _within(lowest, _FLOOR)
+    return not (_within(bottom, _LYING_LOWEST) and _within(height, _LYING_PELVIS))
 
 
 def _within(number: float, limits: tuple[float, float]) -> bool:
