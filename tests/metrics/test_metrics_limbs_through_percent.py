@@ -41,6 +41,12 @@ def joints():
     return bodies.load("anny24").shaped().joints.astype(float)
 
 
+@pytest.fixture(scope="module")
+def skin():
+    shaped = bodies.load("anny24").shaped()
+    return shaped.vertices, shaped.body.faces
+
+
 def forearm(joints):
     return (joints[JOINT_NAMES.index(f"left_{each}")] for each in ("elbow", "wrist"))
 
@@ -54,26 +60,36 @@ def test_bones_lie_on_their_limb_and_leave_its_ends_out(joints):
     np.testing.assert_allclose(bones[0::2] * [-1, 1, 1], bones[1::2], atol=1e-3)  # left and right alike
 
 
-def test_a_sleeve_around_the_arm_is_not_gone_through_and_one_pulled_off_sideways_is(joints):
+def test_a_sleeve_around_the_arm_is_not_gone_through_and_one_pulled_off_sideways_is(joints, skin):
     elbow, wrist = forearm(joints)
     vertices, faces = tube(elbow, wrist, 0.05)
-    assert not limbs_through(limb_bones(joints), vertices, faces).any()
+    assert not limbs_through(limb_bones(joints), vertices, faces, *skin).any()
     along = (wrist - elbow) / np.linalg.norm(wrist - elbow)
     off, _ = tube(elbow, elbow + 0.5 * (along + np.cross(along, [0.0, 0.0, 1.0])), 0.05)  # turned away by 45 degrees
-    names = [LIMBS[k] for k in np.flatnonzero(limbs_through(limb_bones(joints), off, faces))]
+    names = [LIMBS[k] for k in np.flatnonzero(limbs_through(limb_bones(joints), off, faces, *skin))]
     assert names == ["left forearm"]
     far = vertices + [0.5, 0.0, 0.0]
-    assert not limbs_through(limb_bones(joints), far, faces).any()
+    assert not limbs_through(limb_bones(joints), far, faces, *skin).any()
 
 
-def test_it_agrees_with_barycentric_coordinates(joints):
+def test_a_bone_that_lies_in_another_part_of_the_body_does_not_count(joints, skin):
+    elbow, wrist = forearm(joints)
+    along = (wrist - elbow) / np.linalg.norm(wrist - elbow)
+    thigh, faces = tube(elbow, elbow + 0.5 * (along + np.cross(along, [0.0, 0.0, 1.0])), 0.05)
+    body = np.concatenate([skin[0], thigh]), np.concatenate([skin[1], faces + len(skin[0])])
+    cloth = thigh + 0.005 * np.sign(thigh - thigh.mean(axis=0))
+    assert limbs_through(limb_bones(joints), cloth, faces, *skin).sum() == 1
+    assert limbs_through(limb_bones(joints), cloth, faces, *body).sum() == 0
+
+
+def test_it_agrees_with_barycentric_coordinates(joints, skin):
     random = np.random.default_rng(3)
     bones = limb_bones(joints)
     vertices = bones.reshape(-1, 3)[random.integers(16, size=90)] + random.normal(0, 0.12, (90, 3))
     faces = np.arange(90, dtype=np.int32).reshape(-1, 3)
     wanted = [hit_by_barycentric_coordinates(*bone, vertices, faces) for bone in bones]
     assert 0 < sum(wanted) < len(wanted)
-    assert limbs_through(bones, vertices, faces).tolist() == wanted
+    assert limbs_through(bones, vertices, faces, *skin).tolist() == wanted
 
 
 def test_figures_name_the_worst_limb():

@@ -8,7 +8,7 @@ from typing import Any
 from .take_checks import is_number
 from .take_faults import TakeFaults
 
-MANIFEST_VERSION = 2
+MANIFEST_VERSION = 3
 LARGEST_MANIFEST = 10**9
 """Size above which an index is rebuilt; a million takes need less [bytes]."""
 

@@ -23,7 +23,7 @@ class TakeFaults(NamedTuple):
     """What is measured of a take, without its lead-in."""
 
     limbs_through: dict[str, float]
-    """Frames in which the bone of a limb goes through the cloth, by name of the limb, where there are any [percent]."""
+    """Frames in which a limb is through the cloth as `metrics.limbs_through` has it, by its name, if any [percent]."""
     edge_ratio: float
     """Length of the longest edge over its length at rest, see `meshes.worst_edge_ratio`."""
 
@@ -73,5 +73,10 @@ def take_faults(take: Take, garment: Garment, shaped: "ShapedBody | None") -> Ta
             for bones, vertices in zip(limb_bones(joints), take.vertices[frames], strict=True)
         ]
     )
+    for index in np.flatnonzero(through.any(axis=1)):
+        # a bone in another part of the body, where no cloth can be outside of both, does not count
+        posed, limbs = shaped.posed(motion[int(frames[index])]), np.flatnonzero(through[index])
+        bones = limb_bones(posed.joints)[limbs]
+        through[index, limbs] = segment_crossings(bones, posed.vertices, posed.faces) == 0
     percent = 100 * through.mean(axis=0)
     return TakeFaults({LIMBS[limb]: float(percent[limb]) for limb in np.flatnonzero(percent)}, ratio)

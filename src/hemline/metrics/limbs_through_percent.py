@@ -4,24 +4,35 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hemline.arrays import Bool, Faces, Float, Vertices
+from hemline.arrays import BodyVertices, Bool, Faces, Float, Vertices
 from hemline.meshes import segment_crossings
 
 
 def limbs_through(
-    bones: Float[np.ndarray, "limbs 2 3"], vertices: Vertices, faces: Faces
+    bones: Float[np.ndarray, "limbs 2 3"],
+    vertices: Vertices,
+    faces: Faces,
+    body_vertices: BodyVertices,
+    body_faces: Faces,
 ) -> Bool[np.ndarray, " limbs"]:
     """Tells for each limb whether its bone goes through the cloth in one frame.
 
     Cloth can be whole, and all of its vertices outside the body, with a leg stuck through it. So neither stretch nor
     vertices inside the body tell of such a limb, but its bone does: whatever a garment does, no bone crosses it.
 
+    A bone that also goes through skin lies in another part of the body, as the forearm of a hanging arm may lie in the
+    thigh. Cloth cannot be outside of both, so such a limb does not count.
+
     Args:
         bones: Both ends of each bone, as `bodies.limb_bones` gives them [m].
         vertices: The garment [m].
         faces: Triangles of the garment.
+        body_vertices: The posed body [m].
+        body_faces: Triangles of the body.
     """
-    return segment_crossings(bones, vertices, faces) > 0
+    through = segment_crossings(bones, vertices, faces) > 0
+    through[through] = segment_crossings(bones[through], body_vertices, body_faces) == 0
+    return through
 
 
 def limbs_through_figures(

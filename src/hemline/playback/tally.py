@@ -73,7 +73,8 @@ class Tally:
             self._add_through(frame)
             self._add("crossing", metrics.self_crossings(frame.vertices, garment.faces)["edge_percent"])
         bones = limb_bones(frame.body.joints)
-        self._limbs_through.append(metrics.limbs_through(bones, frame.vertices, garment.faces))
+        body = frame.body.vertices, frame.body.faces
+        self._limbs_through.append(metrics.limbs_through(bones, frame.vertices, garment.faces, *body))
         self._stretches.append(metrics.stretch_percent(frame.vertices, self._edges, self._lengths))
         self._longest.append(float(metrics.worst_edge_ratio(frame.vertices, self._edges, self._lengths)))
         ripples = None if truth is None else metrics.ripple_deg(truth, garment.faces, self._pairs)

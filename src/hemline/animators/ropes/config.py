@@ -15,9 +15,10 @@ class RopesConfig:
     """
 
     layout: Literal["auto", "geodesic", "ssdr", "scattered"] = "auto"
-    """Placement of the bones: on geodesic lines from rim to hem (geodesic), on such lines where a skinning
-    decomposition of the takes puts them (ssdr), anywhere by that decomposition (scattered), or auto.
-    The latter follows the chains that the garment names, else geodesic lines, or scattered where those do not suit."""
+    """Placement of the bones: on lines from rim to hem (geodesic, ssdr), anywhere (scattered), or auto.
+    With ssdr and scattered, a skinning decomposition of the takes puts the bones where cloth moves on its own.
+    With auto, they follow the chains that the garment names, or else geodesic lines, or are scattered if no lines suit.
+    """
     chains: int = positive(26)
     """Number of rope chains on a garment that names none.
     The paper's cape has ten chains of 13 to 15 bones; many short chains describe more of the cloth between them."""
