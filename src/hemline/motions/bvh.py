@@ -287,7 +287,12 @@ def _rate(frame_time: float, path: Path) -> float:
     """
     if frame_time > 1 / RATES[0]:
         what = f"'Frame Time' of {path} must be the seconds of a frame, at most {1 / RATES[0]:g}"
-        cure = f"write {frame_time / 1000:.6g} if it is in milliseconds, {1 / frame_time:.6g} if it is frames a second"
+        likely = [
+            f"write {seconds:.6g} if it is {what_it_is}"
+            for seconds, what_it_is in ((frame_time / 1000, "in milliseconds"), (1 / frame_time, "frames a second"))
+            if 1 / RATES[1] <= seconds <= 1 / RATES[0]
+        ]
+        cure = ", ".join(likely) or "export it again at 30 frames a second"
         raise BadMotion(what, f"{frame_time:g}", cure)
     fps = 1 / max(frame_time, 1e-6)
     whole = round(fps)
