@@ -8,7 +8,7 @@ import pytest
 from hemline.animators.swingar.estimator_config import EstimatorConfig
 from hemline.errors import BadDataset, BadInput
 from tests.animators.swingar.swingar_samples import SMALL, sheet
-from tests.animators.swingar.swingar_swaying import Swaying
+from tests.animators.swingar.swingar_swaying import FRAMES, Swaying
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 from hemline.animators.swingar.fit import losses  # noqa: E402  # after the skip
@@ -44,9 +44,9 @@ def test_bending_is_how_far_normals_are_apart(angle):
     assert float(losses.bend_loss(hinge, faces, beside)) == pytest.approx(2 - 2 * np.cos(angle), abs=1e-5)
 
 
-def trained(folder, progress=lambda stage, done, total: None, plan=PLAN, samples=None, **options):
+def trained(folder, progress=lambda stage, done, total: None, plan=PLAN, samples=None, config=CONFIG, **options):
     samples = samples or Swaying.made()
-    return train_estimator(samples, CONFIG, plan, seed=1, mark="m", folder=folder, progress=progress, **options)
+    return train_estimator(samples, config, plan, seed=1, mark="m", folder=folder, progress=progress, **options)
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +64,29 @@ def test_the_coarse_mesh_learns_to_sway(straight):
 def test_the_corrective_predictor_is_admitted_only_where_it_is_better(straight):
     assert straight.corrective_admitted == (straight.error < straight.coarse_error)
     assert straight.corrective_admitted or straight.arrays["corrective_scale"] == 0
+
+
+class Trailing(Swaying):
+    """Sheets that are carried to and fro, and trail by how far they were carried in the last two frames."""
+
+    def frames(self, chosen):
+        batch, clip, frame = super().frames(chosen), chosen // FRAMES, chosen % FRAMES
+        now, before = self.way[clip, 64 + frame], self.way[clip, 64 + np.maximum(frame - 2, 0)]
+        transforms, positions = batch.transforms.copy(), self.garments[self.garment_of[chosen[0]]].features[:, 3:6]
+        transforms[..., 3] += now[:, None]
+        trail = 3 * np.abs(positions).sum(1)[None, :, None] * (now - before)[:, None]
+        truth = (positions + now[:, None] - trail).astype(np.float32)
+        return replace(batch, motion=np.zeros_like(batch.motion), transforms=transforms, truth=truth)
+
+
+def test_the_corrective_predictor_learns_what_the_last_three_meshes_tell():
+    """Without a coarse stage the coarse mesh is skinning alone, and all of the trailing is left to the other one."""
+    alone = replace(PLAN, coarse_epochs=0, term_epochs=0, corrective_epochs=25, frames=16, mirrored=False)
+    made = Swaying.made()
+    wide = replace(CONFIG, corrective=32)
+    found = trained(None, plan=alone, samples=Trailing(made.garments, made.way, made.sway), config=wide)
+    assert found.corrective_admitted
+    assert found.error < 0.3 * found.coarse_error
 
 
 def test_killed_in_any_stage_it_comes_to_the_same_bits(straight, tmp_path):

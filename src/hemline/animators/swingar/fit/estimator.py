@@ -7,6 +7,7 @@ from torch import Tensor, nn
 
 from hemline.animators.coarse.features.descriptor import COMPRESSION
 from hemline.animators.swingar.estimator_config import (
+    CHANGE_FACTOR,
     CORRECTIVE_WIDTH,
     JOINTS,
     MESHES,
@@ -50,7 +51,8 @@ class Estimator(nn.Module):
         linear; logits of the dynamic weights start at those of skinning; features of vertices, if there are any, reach
         the state encoder, the blend shape and a displacement of each vertex of the coarse mesh, which begins at zero;
         the blend shape and the corrective displacement are scaled by small learned factors, that of the corrective one
-        beginning at zero; the inverse hyperbolic sine of the descriptor is encoded.
+        beginning at zero; the corrective predictor is given earlier coarse meshes by their enlarged change, see
+        `CHANGE_FACTOR`; the inverse hyperbolic sine of the descriptor is encoded.
     """
 
     def __init__(self, config: EstimatorConfig | None = None):
@@ -176,6 +178,7 @@ class Estimator(nn.Module):
             Displacements of the vertices (frames, verts, 3) [m].
         """
         graph = garment.graph
+        meshes = meshes[:, -1:] + CHANGE_FACTOR * (meshes - meshes[:, -1:])
         hidden = cell = meshes.new_zeros(())
         for step in range(MESHES):
             mesh = meshes[:, step]

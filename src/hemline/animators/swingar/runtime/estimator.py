@@ -10,6 +10,7 @@ import numpy as np
 from hemline.animators.coarse.features.descriptor import compress_eigenvalues
 from hemline.animators.coarse.features.feature_kernels import displace
 from hemline.animators.swingar.estimator_config import (
+    CHANGE_FACTOR,
     CORRECTIVE_WIDTH,
     JOINTS,
     MESHES,
@@ -164,6 +165,7 @@ class RuntimeEstimator:
             body: Betas and axis-angles of the present pose.
         """
         graph, peepholes = garment.graph, self.arrays["peepholes"]
+        meshes = meshes[-1:] + np.float32(CHANGE_FACTOR) * (meshes - meshes[-1:])
         count, width = graph.vertex_count, self.config.corrective
         features = np.empty((1, count, CORRECTIVE_WIDTH), np.float32)
         cell, hidden = np.zeros((count, width), np.float32), np.empty((1, count, width), np.float32)
