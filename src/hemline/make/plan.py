@@ -5,8 +5,10 @@ from typing import Any, Self
 
 FRAMES_PER_DRAPE = 40.0
 """Cost of one settled drape, in simulated frames of the same garment."""
-FIT_FRACTION = 0.35
-"""Fraction of the time that is left which fits, comparison and report take."""
+FITTED_FRAME = 0.8
+"""Time that the fit of rope chains takes for each simulated frame, in one process, over that of the simulation."""
+RESERVE = 0.25
+"""Fraction of the time that is left for the other fits, the comparison and the report."""
 LEAST_HANGING, LEAST_CLOSE = 0.15, 0.4
 """Fraction of a garment's area that must hang for rope chains, and lie close for AgentDress."""
 FEWEST_FRAMES = 150
@@ -53,6 +55,7 @@ class DataPlan:
         """
         return {
             "simulate": frame_s * self.frames / jobs,
+            "fit": frame_s * self.frames * FITTED_FRAME,
             "drape": frame_s * FRAMES_PER_DRAPE * self.drapes / jobs,
         }
 
@@ -87,19 +90,20 @@ def plan_data(methods: tuple[str, ...], hanging: float, frame_s: float, seconds_
         left_out.append(
             f"agentdress is for cloth that lies close, and {100 * (1 - hanging):.0f} % of this garment does."
         )
-    budget = max(0.0, seconds_left) * (1 - FIT_FRACTION) * jobs / frame_s  # in frames of one process
-    part = {(True, True): 0.35, (True, False): 1.0}.get((ropes, close), 0.0)
-    frames = round(part * budget)
-    drapes = round((1 - part) * budget / FRAMES_PER_DRAPE) if close else 0
+    budget = max(0.0, seconds_left) * (1 - RESERVE) / frame_s
+    frame_cost, drape_cost = 1 / jobs + FITTED_FRAME, FRAMES_PER_DRAPE / jobs
+    part = {(True, True): 0.4, (True, False): 1.0}.get((ropes, close), 0.0)
+    frames = int(part * budget / frame_cost)
+    drapes = int((1 - part) * budget / drape_cost) if close else 0
     anchors = min(MOST_ANCHORS, max(0, round(0.55 * drapes / BODIES) - 1))
     if close and anchors < FEWEST_ANCHORS:
         close = False
-        need = (FEWEST_ANCHORS + 1) * BODIES / 0.55 * FRAMES_PER_DRAPE * frame_s / jobs
+        need = (FEWEST_ANCHORS + 1) * BODIES / 0.55 * drape_cost * frame_s
         left_out.append(f"agentdress needs about {need / 60:.0f} minutes of drapes for this garment.")
-        frames = round(budget) if ropes else 0
+        frames = int(budget / frame_cost) if ropes else 0
     if ropes and frames < FEWEST_FRAMES:
         ropes = False
-        left_out.append(f"ropes needs about {FEWEST_FRAMES * frame_s / jobs / 60:.0f} minutes of simulation.")
+        left_out.append(f"ropes needs about {FEWEST_FRAMES * frame_cost * frame_s / 60:.0f} minutes of simulation.")
     rest = max(0, drapes - BODIES * (anchors + 1))
     poses = round(0.75 * rest)
     kept = tuple(method for method in methods if (method != "ropes" or ropes) and (method != "agentdress" or close))
