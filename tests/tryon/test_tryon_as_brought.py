@@ -62,7 +62,7 @@ def test_the_first_word_comes_before_the_search(shaped, top, as_obj):
 
 
 def test_a_skirt_under_a_top_has_pins_of_its_own(shaped, top, as_obj):
-    skirt = generate_garment(plain_design("skirt"), shaped, vertex_count=400)
+    skirt = generate_garment(plain_design("skirt"), shaped, vertex_count=700)
     vertices = np.concatenate([top.vertices, skirt.vertices])
     faces = np.concatenate([top.faces, skirt.faces + len(top.vertices)])
     tried = try_on(as_obj("outfit", vertices, faces), shaped)
