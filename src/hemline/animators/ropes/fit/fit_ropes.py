@@ -57,7 +57,7 @@ def fit_ropes(
         strain_p99=strain,
     )
     if config.layout == "auto" and not garment.chains:
-        ropes = _lay_out(source, shaped, build)
+        ropes = _place_chains(source, shaped, build)
     else:
         decomposed = config.layout in ("ssdr", "scattered")
         frames = sample_frames(source, shaped) if decomposed else None
@@ -79,7 +79,7 @@ def fit_ropes(
     return ropes, figures
 
 
-def _lay_out(source: TakeFrames, shaped: ShapedBody, build: Callable[..., Ropes]) -> Ropes:
+def _place_chains(source: TakeFrames, shaped: ShapedBody, build: Callable[..., Ropes]) -> Ropes:
     """Lays chains along geodesic lines; where these do not suit the garment, through bones of a decomposition.
 
     Args:
