@@ -35,6 +35,9 @@ LEAST_RESIZE = 0.02
 HOPELESS_COST = 3.0
 """Cost of an alignment above which a garment is refused before the simulation if a limb goes through its cloth."""
 
+WRONG_SIZE_REASONS = ("nothing holds it up", "nothing goes through", "the body goes through", "it is too small")
+"""Beginnings of the reasons that a garment of a wrong unit has; with others, another unit is not tried."""
+
 _CURE = "place it on the body at rest (y up, facing +z), or check its unit"
 
 
@@ -126,7 +129,7 @@ def try_on_source(
         tell(f"{source.name} fits the body far better in {_full(unit)} than in {_full(before)}: taken to be in them")
         alignment, _ = _align(source, made_on, scaled, tell, guessed_unit=False)
     tried = _put_on(source, shaped, alignment, progress, budget)
-    if tried.fitness.reason is None or unit is not None:
+    if unit is not None or not (tried.fitness.reason or "").startswith(WRONG_SIZE_REASONS):
         return _note_unit(tried, unit)
     unit = better_unit(source, made_on, alignment.misfit, poor=True)
     if unit is None:

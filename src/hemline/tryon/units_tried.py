@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 POOR_MISFIT = 3.0
 """Misfit above which a garment is tried in other units: all 49 meshes of the benchmark have less."""
 
-GOOD_MISFIT_RATIO = 0.4
-"""Another unit is taken if the misfit is below this fraction of that with the guessed unit."""
+GOOD_MISFIT_RATIO, POOR_MISFIT_RATIO = 0.4, 0.7
+"""Another unit is tried if the misfit is below this fraction of that with the guessed unit; the second fraction is for
+garments that cannot be worn in the guessed unit."""
 
 
 def better_unit(source: GarmentSource, shaped: "ShapedBody", least: float, *, poor: bool) -> str | None:
@@ -26,7 +27,7 @@ def better_unit(source: GarmentSource, shaped: "ShapedBody", least: float, *, po
         source: The garment's file.
         shaped: The body.
         least: Misfit in the guessed unit.
-        poor: Whether the garment is known not to fit in that unit, so that any better fit counts.
+        poor: Whether the garment is known not to fit in that unit, so that a somewhat better fit counts.
     """
     if source.description.unit is not None or (least <= POOR_MISFIT and not poor):
         return None
@@ -39,5 +40,5 @@ def better_unit(source: GarmentSource, shaped: "ShapedBody", least: float, *, po
     if not tried:
         return None
     best = min(tried, key=lambda unit: tried[unit])
-    limit = 1.0 if poor else GOOD_MISFIT_RATIO
+    limit = POOR_MISFIT_RATIO if poor else GOOD_MISFIT_RATIO
     return best if tried[best] < limit * least and tried[best] <= POOR_MISFIT else None
