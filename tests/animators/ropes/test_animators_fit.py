@@ -271,7 +271,7 @@ def test_the_constants_of_the_ropes_come_closer_to_the_truth(garment, shaped, tm
 
 
 def test_the_same_seed_gives_the_same_file(brief, dataset, tmp_path):
-    again = animators.fit(dataset, "ropes", BRIEF, seed=0)
+    again = fit(dataset, BRIEF, seed=0)
     for name, model in (("a", brief), ("b", again)):
         model.save(tmp_path / f"{name}.safetensors")
     assert (tmp_path / "a.safetensors").read_bytes() == (tmp_path / "b.safetensors").read_bytes()
