@@ -12,6 +12,8 @@ from .part_shapes import part_shapes
 from .sewn_on import sew_on
 from .units import UNIT_NAMES, UNITS, unit_of
 
+_LARGEST = 1e30
+"""Limit of positions, whose cubes are volumes."""
 _MAIN_AREA = 0.01
 """Parts with less than this fraction of the area do not count for the size of a garment."""
 
@@ -35,7 +37,7 @@ def cloth_of_mesh(mesh: ReadMesh, unit: str | None, name: str, file: str) -> tup
     Raises:
         BadGarment: The unit contradicts the size, or the file has no cloth, or several garments.
     """
-    if not len(mesh.faces) or not np.isfinite(mesh.vertices[mesh.faces]).all():
+    if not len(mesh.faces) or not (np.abs(mesh.vertices[mesh.faces]) < _LARGEST).all():
         return mesh, "m", ()  # for the checks to refuse
     mesh = close_joints(weld(clean(leave_out_details(mesh))))
     wound = replace(mesh, faces=consistent_winding(mesh.faces)[0])

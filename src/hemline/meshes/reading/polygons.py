@@ -37,7 +37,14 @@ def cut_polygons(
         what = f"a polygon may have {CORNERS_MAX} corners"
         raise BadMesh(what, int(sizes.max()), "cut it into triangles, and export the mesh again")
     first = np.concatenate([[0], np.cumsum(sizes)])
-    points = vertices[corners]
+    if not (sizes > 3).any():
+        return _fans(first[:-1], sizes)
+    with np.errstate(all="ignore"):  # positions may be infinite, which is refused later
+        return _cut(vertices[corners], corners, first, sizes)
+
+
+def _cut(points: np.ndarray, corners: np.ndarray, first: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Returns fans of sound polygons, and triangles clipped off all others."""
     normals = _normals(points, first, sizes)
     triangles = _fans(first[:-1], sizes)
     owner = np.repeat(np.arange(len(sizes)), sizes - 2)
