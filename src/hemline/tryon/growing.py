@@ -129,6 +129,7 @@ def _grow(
     state = dressed.stepper.start(positions)
     stretched, crossed = largest_stretch(dressed.sheet, positions), len(crossing_edges(garment.vertices, garment.faces))
     at_first = _scene(thin.at(girth).posed(alignment.pose))
+    tangled = f"; {crossed} of its edges went through its own cloth at the start" if crossed else ""
 
     def sewing_step(now: ClothState) -> ClothState:
         open_by = largest_stretch(dressed.sheet, now.positions)
@@ -145,7 +146,7 @@ def _grow(
         return thin.at(size).posed(interpolate_poses(alignment.pose, shaped.rest_pose, turn))
 
     for frame in range(frames + STILL_FRAMES):
-        budget.check(f"{frame} of {frames + STILL_FRAMES} frames in which the body grows inside it")
+        budget.check(f"{frame} of {frames + STILL_FRAMES} frames in which the body grows inside it{tangled}")
         first, second = (min(1.0, (frame + end) / max(frames, 1)) for end in (0, 1))
         state = _frame(dressed, state, lambda fraction, a=first, b=second: _scene(body_at(a + fraction * (b - a))))
         if progress:
