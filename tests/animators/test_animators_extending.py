@@ -268,5 +268,5 @@ def test_a_model_of_many_garments_is_fitted_on_a_collection_and_worn_by_a_new_on
     assert "needs a garment to wear; got none; name one with --garment" in capsys.readouterr().err
     assert main(["animate", "cape", "--garment", new, "-m", "run", "-o", out]) == 2
     assert "has its own garment, cape" in capsys.readouterr().err
-    assert main(["fit", *folders, "-o", model]) == 2
+    assert main(["fit", *folders, "--animator", "ropes", "-o", model]) == 2
     assert "rope chains are fitted to one garment; got cape8, cape10, cape12" in capsys.readouterr().err

@@ -108,10 +108,11 @@ def truth_trial(check: Dataset, motion: Motion, body: ShapedBody) -> Trial:
     stretch = metrics.stretch_figures(
         [metrics.stretch_percent(take.vertices[frame], edges[counted], lengths[counted]) for take, frame in shown]
     )
-    through = [
-        metrics.limbs_through(limb_bones(body.posed(take.motion[frame]).joints), take.vertices[frame], garment.faces)
-        for take, frame in shown
-    ]
+    through = []
+    for take, frame in shown:
+        posed = body.posed(take.motion[frame])
+        cloth = take.vertices[frame], garment.faces
+        through.append(metrics.limbs_through(limb_bones(posed.joints), *cloth, posed.vertices, posed.faces))
     return Trial(
         TRUTH,
         stretch_p99=stretch["p99_mean"],

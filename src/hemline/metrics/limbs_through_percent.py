@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hemline.arrays import BodyVertices, Bool, Faces, Float, Vertices
+from hemline.arrays import BodyFaces, BodyVertices, Bool, Faces, Float, Vertices
 from hemline.meshes import segment_crossings
 
 
@@ -13,7 +13,7 @@ def limbs_through(
     vertices: Vertices,
     faces: Faces,
     body_vertices: BodyVertices,
-    body_faces: Faces,
+    body_faces: BodyFaces,
 ) -> Bool[np.ndarray, " limbs"]:
     """Tells for each limb whether its bone goes through the cloth in one frame.
 

@@ -12,8 +12,6 @@ import tyro
 
 from hemline.cli.progress import stages
 
-DEFAULT = "ropes"
-
 
 @dataclass(frozen=True)
 class FitOptions:
@@ -23,8 +21,9 @@ class FitOptions:
     """Dataset folders to learn from, made by simulate or drape."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """Model file to write (.safetensors)."""
-    animator: str = DEFAULT
-    """Animator to fit: agentdress, lag, live, ropes, swingar, or one of another package.
+    animator: str | None = None
+    """Animator to fit: agentdress, lag, ropes, swingar, or one of another package.
+    Defaults to agentdress for drapes, ropes for takes, and lag for takes of several garments.
     Its options are listed by --animator NAME --help."""
     seed: int = 0
     """Seed of the training. The same seed gives the same model on one machine."""
@@ -48,10 +47,19 @@ def schema(words: Sequence[str]) -> type:
 def _animator_in(words: Sequence[str]) -> str:
     for index, word in enumerate(words):
         if word == "--animator":
-            return words[index + 1] if index + 1 < len(words) else DEFAULT
+            return words[index + 1] if index + 1 < len(words) else _suited([])
         if word.startswith("--animator="):
             return word.partition("=")[2]
-    return DEFAULT
+    first_option = next((index for index, word in enumerate(words) if word.startswith("-")), len(words))
+    return _suited([Path(word) for word in words[:first_option]])
+
+
+def _suited(folders: Sequence[Path]) -> str:
+    """Returns the animator that learns from these folders; folders without a dataset count for nothing."""
+    from hemline.animators.suited import suited_animator
+    from hemline.datasets import open_dataset
+
+    return suited_animator([open_dataset(each) for each in folders if (each / "garment.safetensors").is_file()])
 
 
 def run(options: Any) -> int:
@@ -92,7 +100,7 @@ def _fit(options: Any, first: bool) -> Any:
     with stages() if first else nullcontext() as progress:
         return animators.fit(
             data,
-            options.animator,
+            options.animator or _suited(options.dataset),
             options.config,
             seed=options.seed,
             progress=progress,

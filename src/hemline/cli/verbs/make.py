@@ -28,8 +28,8 @@ class MakeOptions:
     animator: str | None = None
     """Method to use: agentdress, ropes, lag, swingar or live. By default all suitable ones are compared."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
-    """Clips to simulate: .bvh or AMASS .npz files, or names of shipped excerpts. Defaults to all excerpts but dance,
-    on which methods are compared."""
+    """Clips to simulate: .bvh or AMASS .npz files, or names of shipped excerpts.
+    Defaults to all excerpts but dance, on which methods are compared."""
     material: str | None = None
     """Material of the garment: cotton, silk, denim, wool, jersey or paper. Defaults to the garment's own material."""
     body: str = "anny24"
