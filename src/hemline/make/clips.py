@@ -18,8 +18,12 @@ LEAST_SECONDS = 1.0
 """Shortest part of a clip that is simulated [s]."""
 
 
-def open_clips(names: Sequence[str]) -> list[Motion]:
+def open_clips(names: Sequence[str], up: str | None = None) -> list[Motion]:
     """Returns the longest part without jumps of each clip; of all shipped ones but `CHECK_CLIP` if none is named.
+
+    Args:
+        names: The clips.
+        up: Axis of the clips that points up, as for `motions.open_motion`; None to find it.
 
     Raises:
         BadMotion: A clip cannot be read.
@@ -30,7 +34,7 @@ def open_clips(names: Sequence[str]) -> list[Motion]:
         if name == CHECK_CLIP or chosen.count(name) > 1:
             cure = f"name each clip once, and not '{CHECK_CLIP}', on which methods are compared"
             raise BadInput("clips must differ", name, cure)
-    return [clean_part(motions.open_motion(name)) for name in chosen]
+    return [clean_part(motions.open_motion(name, up=up)) for name in chosen]
 
 
 def clean_part(motion: Motion) -> Motion:

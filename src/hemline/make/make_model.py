@@ -79,6 +79,7 @@ def make_model(
     settings: MakeSettings | None = None,
     *,
     clips: Sequence[str] = (),
+    up: str | None = None,
     material: str | None = None,
     body: str = "anny24",
     jobs: int = 1,
@@ -95,6 +96,7 @@ def make_model(
         model: The model file to write (.safetensors).
         settings: Options.
         clips: Clips to simulate, as for `hemline.motions.open_motion`; the shipped ones if none is named.
+        up: Axis of the clips that points up, as for `hemline.motions.open_motion`; None to find it.
         material: Material of the garment; None for its own.
         body: Name or file of the body.
         jobs: Number of processes.
@@ -111,7 +113,7 @@ def make_model(
     settings, tell = settings or MakeSettings(), say or (lambda line: None)
     path = Path(model)
     check_writable(path)
-    motions, shaped = open_clips(clips), bodies.load(body).shaped()
+    motions, shaped = open_clips(clips, up), bodies.load(body).shaped()
     check = clean_part(open_motion(CHECK_CLIP))[: round(settings.seconds * FPS) + 1]
     inputs = inputs_hash(
         garment, {"material": material, "body": shaped.body.hash, "clips": [clip.hash for clip in motions]}

@@ -11,6 +11,7 @@ from hemline.garments.garment import Garment
 from hemline.garments.material import Material
 from hemline.garments.reading.read import garment_of_source, put_on, read_source
 from hemline.garments.reading.source import GarmentSource
+from hemline.garments.reading.units import Z_UP_NOTE
 from hemline.garments.shipped import is_name, load
 
 from .openings import joints_through_cloth
@@ -105,7 +106,8 @@ def _open_source(
             return put_on(Garment.load(kept), body, dressed=dressed)
     if rule == "auto":
         garment = garment_of_source(source, body)
-        if not isinstance(garment, OffBody):
+        # a mesh whose up axis was guessed from how near it lies to the skin may be a shirt that hangs from the hips
+        if not isinstance(garment, OffBody) and Z_UP_NOTE not in garment.notes:
             garment = put_on(garment, body, dressed=dressed)
             if sits_on_body(garment, body):
                 return garment

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import tyro
 
+from hemline.cli.clip import Up
 from hemline.cli.output import check_paths
 from hemline.cli.progress import note, stages
 from hemline.errors import BadInput
@@ -30,6 +31,9 @@ class MakeOptions:
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
     """Clips to simulate: .bvh or AMASS .npz files, or names of shipped excerpts.
     Defaults to all excerpts but dance, on which methods are compared."""
+    up: Up | None = None
+    """Axis that is up in the files of clips, such as z, or -y as in a camera's coordinates (--up=-y).
+    By default it is found from the body: up is where the head is."""
     material: str | None = None
     """Material of the garment: cotton, silk, denim, wool, jersey or paper. Defaults to the garment's own material."""
     body: str = "anny24"
@@ -61,6 +65,7 @@ def run(options: MakeOptions) -> int:
             options.output,
             settings,
             clips=options.motion,
+            up=options.up,
             material=options.material,
             body=options.body,
             jobs=options.jobs,
