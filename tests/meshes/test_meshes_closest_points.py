@@ -4,6 +4,7 @@ import igl
 import numpy as np
 import pytest
 
+from hemline.errors import BadMesh
 from hemline.meshes import ClosestTree, closest_points_on_mesh
 from tests.meshes.mesh_samples import grid, sphere
 
@@ -82,3 +83,11 @@ def test_signed_distance_to_a_box_is_the_closed_form():
     exact = np.linalg.norm(np.maximum(beyond, 0), axis=1) + np.minimum(beyond.max(axis=1), 0)
     found = ClosestTree(np.array(box.vertices), np.array(box.faces, np.int32)).signed_distances(points)
     np.testing.assert_allclose(found, exact, atol=1e-12)
+
+
+def test_a_mesh_without_triangles_is_refused():
+    """Its tree would have no box to begin the search in."""
+    none = np.empty((0, 3), np.int32)
+    for search in (lambda: ClosestTree(np.eye(3), none), lambda: closest_points_on_mesh(np.eye(3), np.eye(3), none)):
+        with pytest.raises(BadMesh, match="no nearest point; got 0 triangles"):
+            search()

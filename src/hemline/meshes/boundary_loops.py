@@ -4,7 +4,7 @@ import numpy as np
 
 from hemline.arrays import Faces, Int
 
-from .edges import directed_edges
+from .edges import directed_edges, rim_edges
 
 _SEAM_SHARE = 0.15
 """Fraction of the vertices of a loop that lie inside another sheet if the loop is a seam."""
@@ -27,7 +27,7 @@ def boundary_loops(faces: Faces) -> tuple[Int[np.ndarray, " loop"], ...]:
         [[0, 2, 1]]
     """
     following: dict[int, list[int]] = {}
-    for start, end in _rim_edges(faces):
+    for start, end in rim_edges(faces):
         following.setdefault(int(end), []).append(int(start))
     loops = []
     while following:
@@ -74,12 +74,6 @@ def _vertices_inside(faces: Faces) -> np.ndarray:
 def _corner_at(directed: np.ndarray, edge: np.ndarray, vertex: np.ndarray, count: int) -> np.ndarray:
     """Returns the corner of a triangle at one end of an edge of it."""
     return np.where(directed[edge, 0] == vertex, edge, (edge + count) % (3 * count))
-
-
-def _rim_edges(faces: Faces) -> np.ndarray:
-    directed = directed_edges(faces)
-    _, index, count = np.unique(np.sort(directed, axis=1), axis=0, return_index=True, return_counts=True)
-    return directed[np.sort(index[count == 1])]
 
 
 def _loops_from(start: int, following: dict[int, list[int]]) -> list[list[int]]:

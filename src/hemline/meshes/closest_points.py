@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from hemline.arrays import Faces, Float, Int, Points, Vertices
+from hemline.errors import BadMesh
 
 from .closest_kernels import BoxTree, fill_boxes, nearest_points
 from .normals import face_normals
@@ -29,12 +30,20 @@ class ClosestPoints:
 
 @dataclass(frozen=True)
 class ClosestTree:
-    """A search tree of a mesh for many nearest-point queries; for offline work, in float64."""
+    """A search tree of a mesh for many nearest-point queries; for offline work, in float64.
+
+    Raises:
+        BadMesh: The mesh has no triangles.
+    """
 
     vertices: Float[np.ndarray, "verts 3"]
     """Positions, float64 [m]."""
     faces: Faces
-    """Triangles."""
+    """Triangles, at least one."""
+
+    def __post_init__(self) -> None:
+        if not len(self.faces):
+            raise BadMesh("a mesh without triangles has no nearest point", "0 triangles", "give a mesh with triangles")
 
     @cached_property
     def corners(self) -> Float[np.ndarray, "faces 3 3"]:
@@ -117,6 +126,9 @@ def closest_points_on_mesh(points: Points, vertices: Vertices, faces: Faces) -> 
 
     Returns:
         Triangles, barycentric weights, positions and distances.
+
+    Raises:
+        BadMesh: The mesh has no triangles.
     """
     return ClosestTree(np.asarray(vertices, np.float64), faces).closest(points)
 

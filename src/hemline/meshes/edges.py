@@ -24,3 +24,15 @@ def edges(faces: Faces) -> Int[np.ndarray, "edges 2"]:
 def directed_edges(faces: Faces) -> Int[np.ndarray, "corners 2"]:
     """Returns the directed edges of each triangle: all first ones, then all second, then all third."""
     return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+
+
+def rim_edges(faces: Faces) -> Int[np.ndarray, "rim_edges 2"]:
+    """Returns the directed edges that belong to one triangle only, in the order of `directed_edges`.
+
+    Example:
+        >>> rim_edges(np.array([[0, 1, 2], [2, 1, 3]])).tolist()
+        [[0, 1], [1, 3], [2, 0], [3, 2]]
+    """
+    directed = directed_edges(faces)
+    _, index, count = np.unique(np.sort(directed, axis=1), axis=0, return_index=True, return_counts=True)
+    return directed[np.sort(index[count == 1])]

@@ -8,7 +8,7 @@ import numpy as np
 from hemline.errors import BadInput, BadOutput
 from hemline.files import atomic_write
 
-from .render import Picture
+from .render import AnyPicture, Picture
 
 
 def write_png(path: str | Path, picture: Picture) -> None:
@@ -58,7 +58,7 @@ def write_webp(path: str | Path, frames: Sequence[Picture], fps: float, *, quali
         )
 
 
-def side_by_side(pictures: Sequence[Picture], captions: Sequence[str] = ()) -> Picture:
+def side_by_side(pictures: Sequence[AnyPicture], captions: Sequence[str] = ()) -> AnyPicture:
     """Joins pictures of equal height in one row, each with a caption at its lower edge.
 
     Args:

@@ -24,6 +24,9 @@ TRUTH = (0.20, 0.42, 0.62)
 Picture = UInt[np.ndarray, "height width 3"]
 """sRGB bytes, rows from the top."""
 
+AnyPicture = UInt[np.ndarray, "height _width 3"]
+"""One of several pictures of equal height, whose widths differ."""
+
 _SHADOW_SIZE = 640
 _TO_KEY_LIGHT, _TO_FILL_LIGHT = (0.75, 1.35, 0.5), (-0.8, 0.25, 0.55)
 """Directions to the two lights: to the right of the camera, up in the world, to the camera. They follow the camera."""

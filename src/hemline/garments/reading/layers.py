@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.arrays import Mask
+from hemline.arrays import Bool
 from hemline.meshes import ClosestTree, ReadMesh, face_normals
 
 from .part_shapes import PartShapes, part_shapes
@@ -34,6 +34,8 @@ _SHEET_SHARE = 0.8
 """Fraction of a thick part's area that must have an opposite side."""
 _DOUBLED_SHARE = 0.9
 _PARTS_COMPARED = 12
+
+_OfFaces = Bool[np.ndarray, " faces"]
 
 
 def single_layer(mesh: ReadMesh) -> ReadMesh:
@@ -67,7 +69,7 @@ def single_layer(mesh: ReadMesh) -> ReadMesh:
     return mesh.with_faces(np.flatnonzero(kept), *notes) if notes else mesh
 
 
-def _outer_side(mesh: ReadMesh, faces: np.ndarray, most: float) -> tuple[Mask, float] | None:
+def _outer_side(mesh: ReadMesh, faces: np.ndarray, most: float) -> tuple[_OfFaces, float] | None:
     """Returns which triangles are on the outer side of a thick part, and its thickness; None if it is not thick."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -116,7 +118,7 @@ def _outer_side(mesh: ReadMesh, faces: np.ndarray, most: float) -> tuple[Mask, f
 
 def _outer_pieces(
     piece: np.ndarray, partner: np.ndarray, has: np.ndarray, areas: np.ndarray, beside: tuple[np.ndarray, np.ndarray]
-) -> Mask | None:
+) -> _OfFaces | None:
     """Returns the triangles of the larger of two sides; None if a side is its own opposite."""
     from scipy.sparse import coo_matrix
 
@@ -157,7 +159,7 @@ def _outer_pieces(
     return side[piece] == sign
 
 
-def _doubles(mesh: ReadMesh, shapes: PartShapes, kept: Mask) -> Mask:
+def _doubles(mesh: ReadMesh, shapes: PartShapes, kept: _OfFaces) -> Bool[np.ndarray, " parts"]:
     """Returns which parts lie on a part as large, all over."""
     result = np.zeros(len(shapes.areas), bool)
     areas = np.bincount(shapes.face_parts[kept], minlength=len(shapes.areas)) * 0.0
@@ -179,7 +181,7 @@ def _doubles(mesh: ReadMesh, shapes: PartShapes, kept: Mask) -> Mask:
     return result
 
 
-def _lies_on(mesh: ReadMesh, shapes: PartShapes, kept: Mask, one: int, other: int) -> bool:
+def _lies_on(mesh: ReadMesh, shapes: PartShapes, kept: _OfFaces, one: int, other: int) -> bool:
     mine, theirs = (mesh.faces[kept & (shapes.face_parts == part)] for part in (one, other))
     points = mesh.vertices[np.unique(mine)]
     return bool((ClosestTree(mesh.vertices, theirs).closest(points).distances < DOUBLE).mean() > _DOUBLED_SHARE)

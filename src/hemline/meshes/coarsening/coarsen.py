@@ -7,7 +7,7 @@ import numpy as np
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.errors import BadMesh
 from hemline.meshes.edge_strains import edge_lengths
-from hemline.meshes.edges import directed_edges
+from hemline.meshes.edges import rim_edges
 
 from .collapse_kernels import collapse
 from .fan_kernels import MAX_FACES, Fan, Mesh
@@ -71,12 +71,12 @@ def coarsen(
     lengths = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2)
     if rest_edges is not None:
         lengths = _longer_lengths(faces, edge_lengths(rest_edges), len(positions))
-    rim_edges = _rim_edges(faces)
+    at_rim = rim_edges(faces)
     around, counts = _faces_around(faces, len(positions))
     rim = np.zeros(len(positions), np.bool_)
-    rim[rim_edges] = True
+    rim[at_rim] = True
     sets = np.zeros(len(positions), np.int64) if bound is None else np.asarray(bound, np.int64)
-    quadrics = _quadrics(positions, faces, rim_edges)
+    quadrics = _quadrics(positions, faces, at_rim)
     mesh = Mesh(np.array(faces, np.int64), lengths, positions, quadrics, sets, rim, around, counts)
     fan = Fan(
         np.empty(MAX_FACES, np.int64),
@@ -104,13 +104,6 @@ def _longer_lengths(faces: Faces, lengths: np.ndarray, count: int) -> np.ndarray
     return longest[which].reshape(-1, 3)
 
 
-def _rim_edges(faces: Faces) -> np.ndarray:
-    """Returns the directed edges that belong to one triangle only."""
-    directed = directed_edges(faces)
-    _, index, count = np.unique(np.sort(directed, axis=1), axis=0, return_index=True, return_counts=True)
-    return directed[index[count == 1]]
-
-
 def _faces_around(faces: Faces, count: int) -> tuple[np.ndarray, np.ndarray]:
     counts = np.bincount(faces.reshape(-1), minlength=count)
     around = np.full((count, MAX_FACES), -1, np.int64)
@@ -123,7 +116,7 @@ def _faces_around(faces: Faces, count: int) -> tuple[np.ndarray, np.ndarray]:
     return around, counts
 
 
-def _quadrics(positions: np.ndarray, faces: Faces, rim_edges: np.ndarray) -> np.ndarray:
+def _quadrics(positions: np.ndarray, faces: Faces, at_rim: np.ndarray) -> np.ndarray:
     """Returns sums of area (n, d) (n, d)^T over the planes at each vertex, upper triangles; rims add planes across."""
     corner = positions[faces]
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -132,16 +125,16 @@ def _quadrics(positions: np.ndarray, faces: Faces, rim_edges: np.ndarray) -> np.
     quadrics = np.zeros((len(positions), 10))
     for k in range(3):
         np.add.at(quadrics, faces[:, k], _planes(normals, corner[:, 0], areas))
-    if len(rim_edges):
+    if len(at_rim):
         at_vertex = np.zeros_like(positions)
         for k in range(3):
             np.add.at(at_vertex, faces[:, k], across)
-        one, two = positions[rim_edges[:, 0]], positions[rim_edges[:, 1]]
-        outward = np.cross(two - one, at_vertex[rim_edges].sum(axis=1))
+        one, two = positions[at_rim[:, 0]], positions[at_rim[:, 1]]
+        outward = np.cross(two - one, at_vertex[at_rim].sum(axis=1))
         outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-30)
         planes = _planes(outward, one, RIM_WEIGHT * ((two - one) ** 2).sum(axis=1))
         for k in range(2):
-            np.add.at(quadrics, rim_edges[:, k], planes)
+            np.add.at(quadrics, at_rim[:, k], planes)
     return quadrics
 
 
