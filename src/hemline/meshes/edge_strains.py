@@ -74,7 +74,7 @@ def worst_edge_ratio(
     vertices: Float[np.ndarray, "*frames verts 3"],
     edges: Int[np.ndarray, "edges 2"],
     rest_lengths: Float[np.ndarray, " edges"],
-) -> Float[np.ndarray, "*frames"]:
+) -> Float[np.ndarray, "*frames"] | np.floating:
     r"""Returns the largest $\ell / \ell_0$ of the edges of a mesh, or of each of its frames; above 3 cloth is torn.
 
     Edges shorter at rest than a quarter of the median do not count: a few millimetres make slivers twice as long.
