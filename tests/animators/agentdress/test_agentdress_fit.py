@@ -10,7 +10,7 @@ from hemline import bodies
 from hemline.animators.agentdress.binding import Binding
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.distances import anchor_weights, axes_between, region_distances
-from hemline.animators.agentdress.fit.anchor_set import AnchorSet
+from hemline.animators.agentdress.fit.anchor_set import AnchorSet, _shapes_of_anchors
 from hemline.animators.agentdress.fit.fit import fit
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.pose_model import kernel
@@ -308,6 +308,13 @@ def test_repeated_random_bodies_are_not_shapes_of_anchors(tmp_path):
     for number in range(4):
         data.add(made.anchor(made.anchor_pose(made.random_pose((number + 1) % 5)), made.random_body(number)))
     assert AnchorSet.of(data).offsets.shape[:2] == (5, len(made.SHAPES))
+
+
+def test_many_single_poses_do_not_outweigh_a_few_anchors():
+    """A budget of minutes gives two anchors on all bodies, and dozens of poses on the mean one."""
+    mean, others = (), [(float(number),) for number in range(1, 17)]
+    poses = [[mean, *others]] * 2 + [[mean]] * 24 + [[mean, (0.1 * number,)] for number in range(1, 12)]
+    assert _shapes_of_anchors(poses) == [mean, *others]
 
 
 def test_a_model_file_changes_no_bit_of_playback(model, tmp_path):

@@ -163,6 +163,8 @@ def _offsets(
 def _shapes_of_anchors(poses: Sequence[Collection[tuple[float, ...]]]) -> list[tuple[float, ...]]:
     """Returns the shapes of the anchors, the mean one first: those that give the largest complete table of poses.
 
+    Bodies besides the mean one count, since a table of the mean shape alone has no effect of shapes.
+
     Random bodies occur in one pose each, or in a few after several runs of `hemline drape`. Poses in which the garment
     did not always come to rest occur on some of the shapes.
 
@@ -173,7 +175,7 @@ def _shapes_of_anchors(poses: Sequence[Collection[tuple[float, ...]]]) -> list[t
     best: tuple[int, set[tuple[float, ...]]] = 0, set()
     for least in sorted({count for count in counts.values() if count > 1}):
         shapes = {shape for shape, count in counts.items() if count >= least}
-        size = len(shapes) * sum(shapes <= set(of_pose) for of_pose in poses)
+        size = (len(shapes) - 1) * sum(shapes <= set(of_pose) for of_pose in poses)
         best = max(best, (size, shapes), key=lambda each: each[0])
     return sorted(best[1], key=lambda each: (any(each), each))
 
