@@ -23,7 +23,7 @@ VERBS = {
     "animate": "play a model on a motion into a file for Blender, Unity or the web",
     "export": "write one simulated take in any format that animate knows",
     "character": "write a dressed body as VRM, whose garment the engine simulates",
-    "explain": "say in five lines what was understood of a clip or a garment, and draw it",
+    "explain": "say in five lines what was understood of a clip, a garment or a character, and draw it",
     "evaluate": "measure a model on a motion: milliseconds, millimetres, vertices inside the body",
     "view": "play models live on a local page, with other bodies, wind, dragging and colours",
     "page": "write models to a page that needs no server: one .html file, or a folder for a web host",

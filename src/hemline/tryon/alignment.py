@@ -72,7 +72,14 @@ class Alignment:
     misfit: float
 
 
-def misfit(vertices: Vertices, faces: Faces, shaped: "ShapedBody", up: str | None = None) -> float:
+def misfit(
+    vertices: Vertices,
+    faces: Faces,
+    shaped: "ShapedBody",
+    up: str | None = None,
+    *,
+    sizes: tuple[float, ...] = SIZES,
+) -> float:
     """Returns the least cost of a garment among the places and poses from which a search starts, see `align`.
 
     Args:
@@ -80,9 +87,10 @@ def misfit(vertices: Vertices, faces: Faces, shaped: "ShapedBody", up: str | Non
         faces: Triangles.
         shaped: The body.
         up: The axis that points up, y or z; None: either.
+        sizes: Logarithms of the scales from which it starts; fewer take less time.
     """
     points, faces = np.asarray(vertices, np.float64), np.ascontiguousarray(faces)
-    return min(_Search(to_y_up(points, axis), faces, shaped, SIZES).least for axis in ((up,) if up else AXES))
+    return min(_Search(to_y_up(points, axis), faces, shaped, sizes).least for axis in ((up,) if up else AXES))
 
 
 def align(

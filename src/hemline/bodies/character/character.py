@@ -64,7 +64,7 @@ def read_skeleton(
     if height is not None and not _HEIGHTS[0] <= height <= _HEIGHTS[1]:
         raise BadBody("a height must be that of a person in metres", height, f"give {_HEIGHTS[0]} to {_HEIGHTS[1]}")
     rig = read_rig(path, error=BadBody, skinned=True)
-    owners, mapped = _owners(rig)
+    owners, mapped = owners_of(rig)
     places = rig.skeleton.zero_positions
     found = rig.match.joints
     turn, turned = _upright(places, found)
@@ -135,7 +135,7 @@ def read_character(path: str | Path, *, height: float | None = None, unit: str |
     )
 
 
-def _owners(rig: GltfRig) -> tuple[np.ndarray, dict[str, int]]:
+def owners_of(rig: GltfRig) -> tuple[np.ndarray, dict[str, int]]:
     """Returns the joint that each node follows, and the node of each joint that has one."""
     mapped = {name: rig.bones[joint] for name, joint in _ours(rig).items()}
     joint_of = {node: _AT(name) for name, node in mapped.items()}

@@ -1,6 +1,6 @@
 """Makes one closed surface of a character, for cloth to lie on: its own skin, or a shell around everything."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -63,10 +63,9 @@ def close_mesh(mesh: CharacterMesh, name: str) -> ClosedMesh:
     Raises:
         BadBody: The triangles enclose nothing.
     """
-    welded, notes = _weld(mesh)
-    own = _own_skin(welded)
+    own, notes = own_skin(mesh)
     if isinstance(own, ClosedMesh):
-        return ClosedMesh(own.vertices, own.faces, own.weights, notes + own.notes)
+        return own
     body, excluded = _without(mesh, NOT_SKIN)
     try:
         around = shell(body.vertices, body.faces, SPACING)
@@ -121,8 +120,23 @@ def _in_order(first: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.nd
     return first[order], number[inverse]
 
 
-def _own_skin(mesh: CharacterMesh) -> ClosedMesh | str:
-    """Returns the part of the mesh that is a whole skin, closed; or the reason why there is none."""
+def own_skin(mesh: CharacterMesh) -> tuple[ClosedMesh | str, tuple[str, ...]]:
+    """Returns the part of a character that is a whole skin, closed; or the reason why there is none, for a shell.
+
+    Args:
+        mesh: The character [m].
+
+    Returns:
+        The skin or the reason, and notes on seams that were welded; a skin has them among its own notes.
+    """
+    welded, notes = _weld(mesh)
+    own = _skin_of(welded)
+    if isinstance(own, ClosedMesh):
+        own = replace(own, notes=notes + own.notes)
+    return own, notes
+
+
+def _skin_of(mesh: CharacterMesh) -> ClosedMesh | str:
     part = components(mesh.faces.astype(np.int32), len(mesh.vertices))[mesh.faces[:, 0]]
     areas = np.bincount(part, face_areas(mesh.vertices, mesh.faces))
     largest = np.argsort(-areas)[:8]

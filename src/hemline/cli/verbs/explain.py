@@ -1,16 +1,19 @@
 """`hemline explain FILE`."""
 
-import importlib
-import importlib.util
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
 from hemline.cli.clip import Up
 from hemline.cli.progress import note
 from hemline.errors import BadInput
+
+Kind = Literal["clip", "garment", "character"]
+"""What a file may be."""
 
 _SCENES = (".glb", ".gltf", ".vrm", ".vrma", ".fbx")
 _GARMENTS = (".toml", ".obj", ".ply", ".stl", ".mhclo")
@@ -21,46 +24,72 @@ class ExplainOptions:
     """Options of `hemline explain`."""
 
     file: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
-    """File to explain: a clip (BVH, FBX, GLB or SMPL .npz), the name of a shipped clip, or a garment.
-    FILE.glb:NAME selects a clip of several."""
+    """File to explain: a clip, a garment or a rigged character, or the name of a shipped clip or garment.
+    FILE.glb:NAME selects a clip of several, FILE.obj:Shirt a part of a mesh."""
     output: Annotated[Path | None, tyro.conf.arg(aliases=["-o"])] = None
     """Picture to write (.png). Defaults to NAME.explained.png in this folder."""
+    kind: Kind | None = None
+    """Kind of the file: clip, garment or character. By default it is found.
+    A .glb, .vrm or .fbx is a clip if it has an animation, and a character if its bones move head, hands and feet."""
     up: Up | None = None
     """Axis that is up in the file of a clip, such as z, or -y as in a camera's coordinates (--up=-y).
     By default it is found from the body: up is where the head is."""
 
 
 def run(options: ExplainOptions) -> int:
-    """Prints what was understood of the file, and writes the picture."""
+    """Prints what was understood of the file, line by line as it is found, and writes the picture."""
     from hemline.files import check_writable
+    from hemline.garments.reading.file_parts import split_part
     from hemline.motions import split_name
 
-    file = split_name(options.file)[0]
-    picture = options.output or Path(f"{file.stem}.explained.png")
+    file, part = split_name(options.file)
+    if part is None:
+        file, part = split_part(options.file)
+    picture = options.output or Path(f"{file.stem.replace(':', '-')}.explained.png")
     if picture.suffix.lower() != ".png":
         cure = f"name it {picture.stem}.png"
         raise BadInput("the picture of explain must end in .png", f"'{picture.suffix}'", cure)
     check_writable(picture)
-    explain = _explain_clip if _is_clip(file) else _explain_garment
-    for line in explain(options, picture):
-        print(line)
+    kind = options.kind or _kind_of(file, options.file)
+    if options.up is not None and kind != "clip":
+        raise BadInput("--up is for clips", f"a {kind}", "leave it out, or write 'up' in a TOML of the garment")
+    for line in _EXPLAIN[kind](options, picture):
+        print(line, flush=True)
     note(f"picture: {picture}")
     return 0
 
 
-def _is_clip(file: Path) -> bool:
-    """Whether a file is a clip; scenes are if they have an animation."""
+def _kind_of(file: Path, name: str) -> Kind:
+    """Returns what a file is: scenes are clips if they have an animation."""
     ending = file.suffix.lower()
-    if ending in _GARMENTS:
-        return False
+    if ending in _GARMENTS or (not ending and _is_garment(name)):
+        return "garment"
     if ending in _SCENES:
         from hemline.files.gltf import read_gltf
 
-        return bool(read_gltf(file, error=BadInput).all("animations"))
-    return True
+        if read_gltf(file, error=BadInput).all("animations"):
+            return "clip"
+        from hemline.bodies.character.is_character import is_character
+
+        return "character" if is_character(file) else "garment"
+    if ending == ".safetensors":
+        from hemline.files import read_metadata
+
+        with suppress(BadInput):
+            read_metadata(file, "garment")
+            return "garment"
+    return "clip"
 
 
-def _explain_clip(options: ExplainOptions, picture: Path) -> tuple[str, ...]:
+def _is_garment(name: str) -> bool:
+    """Whether this is the name of a garment that ships or is generated, such as dress:7."""
+    from hemline import garments
+    from hemline.garments.generate import is_spec
+
+    return name in garments.names() or is_spec(name)
+
+
+def _explain_clip(options: ExplainOptions, picture: Path) -> Iterable[str]:
     from .explain_motion import draw_clip, explain_clip
 
     clip = explain_clip(options.file, up=options.up)
@@ -68,8 +97,16 @@ def _explain_clip(options: ExplainOptions, picture: Path) -> tuple[str, ...]:
     return clip.lines
 
 
-def _explain_garment(options: ExplainOptions, picture: Path) -> tuple[str, ...]:
-    if importlib.util.find_spec(".explain_garment", __package__) is None:
-        raise BadInput("explain knows clips", options.file, "try it on: 'hemline tryon' says what it understood")
-    module = importlib.import_module(".explain_garment", __package__)
-    return tuple(module.explain_garment(options.file, picture))
+def _explain_garment(options: ExplainOptions, picture: Path) -> Iterable[str]:
+    from .explain_garment import explain_garment
+
+    return explain_garment(options.file, picture)
+
+
+def _explain_character(options: ExplainOptions, picture: Path) -> Iterable[str]:
+    from .explain_character import explain_character
+
+    return explain_character(Path(options.file), picture)
+
+
+_EXPLAIN = {"clip": _explain_clip, "garment": _explain_garment, "character": _explain_character}
