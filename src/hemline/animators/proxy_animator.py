@@ -1,6 +1,7 @@
 """The base class of animators whose garment is carried by a proxy, a coarse copy of it: `live`, `lag` and `swingar`."""
 
 import threading
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,6 +14,7 @@ import numpy as np
 from hemline.arrays import Float, Int
 from hemline.bodies import ShapedBody
 from hemline.compiled import real_time_threads
+from hemline.errors import HemlineWarning, SimulationFailed
 from hemline.files.contents import array_of, damage_as_bad_model, entry
 from hemline.garments import Garment
 from hemline.garments.proxy.proxy import ProxySize, proxy_of
@@ -124,6 +126,8 @@ class ProxyAnimator(ABC, Generic[Prepared]):
 def settle_proxy(garment: Garment, body: ShapedBody, size: ProxySize, *, self_contact: bool = True) -> SettledProxy:
     """Dresses a body in a garment and settles its proxy, which takes a few seconds.
 
+    A proxy that does not come to rest begins as the garment lies on the body, and settles while it is played.
+
     Args:
         garment: The garment.
         body: The body that it was made for.
@@ -132,11 +136,19 @@ def settle_proxy(garment: Garment, body: ShapedBody, size: ProxySize, *, self_co
 
     Raises:
         BadGarment: The garment was made for another body.
-        SimulationFailed: The proxy could not be settled.
+
+    Warns:
+        HemlineWarning: The proxy did not come to rest.
     """
     dressed = garment.dressed(body)
     coarse, _ = proxy_of(dressed, size)
-    rest = settle_garment(coarse, body, self_contact=self_contact).astype(np.float32)
+    try:
+        rest = settle_garment(coarse, body, self_contact=self_contact).astype(np.float32)
+    except SimulationFailed as reason:
+        what = f"the coarse copy of '{garment.name}' did not come to rest"
+        cure = "it begins as the garment lies on the body; look at its first second"
+        warnings.warn(HemlineWarning(what, reason, cure), stacklevel=2)
+        rest = coarse.vertices
     return SettledProxy(dressed, rest, body.body.name, body.body.hash)
 
 
