@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from hemline import bodies, motions
 from hemline.bodies import read_character
+from hemline.bodies.place import sole_vertices
 from hemline.errors import BadBody, BadMotion
 from hemline.meshes import ClosestTree, boundary_loops, components
 from hemline.motions import JOINT_NAMES, PARENTS, Pose
@@ -335,3 +336,38 @@ def test_joints_may_be_in_any_order_of_nodes(tmp_path):
     plain = bodies.read(write_character(tmp_path / "it.glb", Sample()))
     other = bodies.read(edited(write_character(tmp_path / "other.glb", Sample()), backwards))
     assert other.hash == plain.hash
+
+
+def test_boots_in_a_mesh_of_their_own_are_part_of_the_surface(tmp_path):
+    """Legs that end in boots are no whole skin: without its feet a body has no soles to stand on."""
+    body = small_body()
+    strongest = np.take_along_axis(body.weight_indices, body.weights.argmax(axis=1)[:, None], axis=1)[:, 0]
+    feet = [JOINT_NAMES.index(f"{side}_{name}") for side in ("left", "right") for name in ("ankle", "foot")]
+    is_boot = np.isin(strongest, feet)[body.faces].any(axis=1)
+    count = len(body.template)
+    boots = replace(
+        body,
+        template=np.concatenate([body.template, body.template - [0, 0.004, 0]]),
+        faces=np.concatenate([body.faces[~is_boot], body.faces[is_boot] + count]),
+        shapedirs=np.zeros((0, 2 * count, 3)),
+        weight_indices=np.concatenate([body.weight_indices] * 2),
+        weights=np.concatenate([body.weights] * 2),
+    )
+    path = write_character(tmp_path / "boots.glb", Sample(body=boots))
+    found, character = read_character(path)
+    assert any("closed by a shell" in note for note in character.notes)
+    assert abs(found.template[:, 1].min() - body.template[:, 1].min()) < 0.02
+    assert len(sole_vertices(found.shaped())) > 10
+
+
+def test_a_body_whose_shins_move_its_boots_has_soles():
+    """Where no vertex follows a foot alone, those that follow it most are the soles."""
+    body = small_body()
+    feet = [JOINT_NAMES.index(f"{side}_{name}") for side in ("left", "right") for name in ("ankle", "foot")]
+    knee = JOINT_NAMES.index("left_knee")
+    weights, indices = np.zeros_like(body.weights), body.weight_indices.copy()
+    weights[:, :2], indices[:, 1] = 0.5, knee
+    indices[:, 0] = np.where(np.isin(body.weight_indices, feet).any(axis=1), feet[0], 0)
+    soles = sole_vertices(replace(body, weights=weights, weight_indices=indices).shaped())
+    height = body.template[:, 1]
+    assert len(soles) and (height[soles] < height.min() + 0.031).all()

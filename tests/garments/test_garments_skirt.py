@@ -265,3 +265,16 @@ def test_refuses_a_body_without_a_waist(shaped):
     fallen = replace(shaped, joints=shaped.joints + np.array([0, 3, 0], np.float32))
     with pytest.raises(BadGarment, match="needs a waist to hang from; got no trunk at 3"):
         make_skirt(fallen, rows=20, columns=60)
+
+
+def test_a_skirt_without_a_cut_opens_as_wide_as_the_hips_need(shaped):
+    """On hips and legs more than twice as wide; by the cut that is named it is refused, with the opening that is needed."""
+    below = np.clip((0.1 - shaped.vertices[:, 1:2]) / 0.1, 0, 1)
+    wide = replace(shaped, vertices=(shaped.vertices * (1 + 1.2 * below * (1, 0, 1))).astype(np.float32))
+    with pytest.raises(BadGarment, match=r"must open by (4\.[2-9]|5\.[0-7])\d* rad or more"):
+        make_skirt(wide, rows=20, columns=60, cut=SkirtCut())
+    made = make_skirt(wide, rows=20, columns=60)
+    usual = make_skirt(shaped, rows=20, columns=60)
+    assert ClosestTree(wide.vertices.astype(float), wide.body.faces).signed_distances(made.vertices).min() > 0.002
+    hem = [float(edge_lengths(each.rest_edges).mean()) for each in (made, usual)]
+    assert hem[0] > 1.02 * hem[1]

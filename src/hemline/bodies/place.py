@@ -47,7 +47,10 @@ def sole_vertices(shaped: BodyShape) -> Int[np.ndarray, " soles"]:
     """Returns the vertices of both soles, which ankles and feet move, in the lowest 3 cm of the body at rest."""
     body = shaped.body
     feet = [JOINT_NAMES.index(f"{side}_{name}") for side in ("left", "right") for name in ("ankle", "foot")]
-    on_feet = np.where(np.isin(body.weight_indices, feet), body.weights, 0).sum(axis=1) > 0.99
+    share = np.where(np.isin(body.weight_indices, feet), body.weights, 0).sum(axis=1)
+    on_feet = share > 0.99
+    if not on_feet.any():  # boots that shins move as well
+        on_feet = share >= share.max() / 2
     height = shaped.vertices[:, 1]
     return np.flatnonzero(on_feet & (height < height[on_feet].min() + _SOLE_HEIGHT)).astype(np.int32)
 

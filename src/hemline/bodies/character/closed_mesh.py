@@ -140,7 +140,9 @@ def _skin_of(mesh: CharacterMesh) -> ClosedMesh | str:
     part = components(mesh.faces.astype(np.int32), len(mesh.vertices))[mesh.faces[:, 0]]
     areas = np.bincount(part, face_areas(mesh.vertices, mesh.faces))
     largest = np.argsort(-areas)[:8]
-    bodies = [each for each in largest if not _missing_limbs(mesh.weights[np.unique(mesh.faces[part == each])])]
+    weights = {each: mesh.weights[np.unique(mesh.faces[part == each])] for each in largest}
+    feet = _own_feet(mesh.weights[np.unique(mesh.faces)])
+    bodies = [each for each in largest if not _missing_limbs(weights[each]) and _own_feet(weights[each]) == feet]
     if not bodies:
         return "no connected part of it reaches head, hands and feet"
     faces = mesh.faces[part == bodies[0]]
@@ -186,6 +188,12 @@ def _missing_limbs(weights: Float[np.ndarray, "verts joints"]) -> list[str]:
     """Returns the limbs that no vertex follows."""
     most = set(np.unique(weights.argmax(axis=1)).tolist())
     return [part for part, names in _LIMBS.items() if not most & {JOINT_NAMES.index(name) for name in names}]
+
+
+def _own_feet(weights: Float[np.ndarray, "verts joints"]) -> set[str]:
+    """Returns the sides on which some vertex follows the foot alone: a skin without its boots has none."""
+    of_side = {side: [JOINT_NAMES.index(f"{side}_{name}") for name in ("ankle", "foot")] for side in ("left", "right")}
+    return {side for side, joints in of_side.items() if (weights[:, joints].sum(axis=1) > 0.99).any()}
 
 
 def _edge_counts(faces: np.ndarray) -> np.ndarray:

@@ -67,7 +67,10 @@ def _kind_of(file: Path, name: str) -> Kind:
     if ending in _SCENES:
         from hemline.files.gltf import read_gltf
 
-        if read_gltf(file, error=BadInput).all("animations"):
+        scene = read_gltf(file, error=BadInput)
+        if scene.all("animations"):
+            if scene.all("skins"):
+                note("the animation is explained; for the mesh and its bones: --kind character")
             return "clip"
         from hemline.bodies.character.is_character import is_character
 

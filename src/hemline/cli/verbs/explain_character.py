@@ -65,7 +65,8 @@ def _describe_arms(character: "Character") -> str:
         down, away = shoulder[1] - wrist[1], float(np.linalg.norm((wrist - shoulder)[[0, 2]]))
         angles.append(np.degrees(np.arctan2(down, away)))
     source = "as the file shows it" if character.rig.in_bind_pose else "the pose that its skin was bound in"
-    return f"{source}, arms {np.mean(angles):.0f} degrees below the horizontal; turned to the T-pose bone by bone"
+    below = round(float(np.mean(angles)))
+    return f"{source}, arms {below} degrees below the horizontal; turned to the T-pose bone by bone"
 
 
 def _draw(path: Path, character: "Character", mesh: "CharacterMesh") -> None:

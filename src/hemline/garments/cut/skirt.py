@@ -1,6 +1,6 @@
 """Makes flared skirts on any shape of a body."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,6 +33,8 @@ _BAND = 0.005
 _PLEAT_START = 0.06
 """Distance below the pins over which pleats begin [m]."""
 _BELOW_KNEE = 0.25
+_WIDEST, _WIDER = 5.8, 1.05
+"""Widest opening that a body may need of a skirt without a cut, and by how much its opening exceeds it [rad, 1]."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ def make_skirt(
         rows: Number of rows; with `columns` in place of `vertex_count`.
         columns: Number of columns.
         material: A material, or the name of one.
-        cut: Cut of the skirt; None: `SkirtCut()`.
+        cut: Cut of the skirt; None: `SkirtCut()`, with an opening as wide as the hips of the body need.
         name: Name of the garment.
 
     Returns:
@@ -86,7 +88,7 @@ def make_skirt(
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Fig. 2 (18,546 vertices, 26 chains of 9 bones; its cut is not given, this one is ours).
     """
-    cut = cut or SkirtCut()
+    widened, cut = cut is None, cut or SkirtCut()
     aspect, least = PAPER_SIZE[1] / PAPER_SIZE[0], (NODES + 1, 2 * CHAINS)
     rows, columns = rows_and_columns("skirt", vertex_count, rows, columns, aspect=aspect, least=least)
     _check(cut)
@@ -94,7 +96,15 @@ def make_skirt(
     rim = waist_line(shaped, tree, columns, cut.height)
     width = float(np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).sum())
     distances = row_distances(rows, band=_BAND, length=cut.length or _length_to_calf(shaped, float(rim[:, 1].mean())))
-    vertices = push_out_of_body(_drape(rim, width, distances, cut, tree).reshape(-1, 3), tree, CLEARANCE + 0.0002)
+    tilts, sheet = _hang(rim, distances, cut, tree)
+    least = (float(np.linalg.norm(sheet[-1] - np.roll(sheet[-1], 1, axis=0), axis=1).sum()) - width) / distances[-1]
+    if widened and cut.opening < least < _WIDEST:
+        cut = replace(cut, opening=_WIDER * least)
+    if cut.opening < least:
+        what = f"a skirt of this length must open by {least:.2f} rad or more to pass the body"
+        raise BadGarment(what, f"{cut.opening} rad", "ask for a wider opening, a smaller tilt or a shorter cut")
+    draped = _pleat(rim, width, distances, cut, tilts, sheet)
+    vertices = push_out_of_body(draped.reshape(-1, 3), tree, CLEARANCE + 0.0002)
     faces, unrolled = cone_faces(rows, columns)
     return grid_garment(
         vertices,
@@ -123,15 +133,18 @@ def _length_to_calf(shaped: "ShapedBody", waist: float) -> float:
     return float(waist - knee + _BELOW_KNEE * (knee - ankle))
 
 
-def _drape(rim: np.ndarray, width: float, distances: np.ndarray, cut: SkirtCut, tree: ClosestTree) -> np.ndarray:
+def _hang(rim: np.ndarray, distances: np.ndarray, cut: SkirtCut, tree: ClosestTree) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the angle at which each column hangs clear of the body, and the smooth sheet of these lines."""
     outward, clearance = outward_of(rim), max(cut.height, CLEARANCE) + 0.001
     tilts = line_tilts(rim, outward, tree, length=float(distances[-1]), tilt=cut.tilt, clearance=clearance)
-    sheet = hang_rows(rim, outward, tilts, distances)
-    hem = float(np.linalg.norm(sheet[-1] - np.roll(sheet[-1], 1, axis=0), axis=1).sum())
-    if hem > width + cut.opening * distances[-1]:
-        least = (hem - width) / distances[-1]
-        what = f"a skirt of this length must open by {least:.2f} rad or more to pass the body"
-        raise BadGarment(what, f"{cut.opening} rad", "ask for a wider opening, a smaller tilt or a shorter cut")
+    return tilts, hang_rows(rim, outward, tilts, distances)
+
+
+def _pleat(
+    rim: np.ndarray, width: float, distances: np.ndarray, cut: SkirtCut, tilts: np.ndarray, sheet: np.ndarray
+) -> np.ndarray:
+    """Lays the sheet in pleats, as the cloth of the cut is longer around than the body."""
+    outward = outward_of(rim)
     ease = np.clip((distances - _BAND) / _PLEAT_START, 0, 1)
     lean = outward * np.cos(tilts)[:, None] + np.array([0.0, 1.0, 0.0]) * np.sin(tilts)[:, None]
     folds = min(cut.folds, len(rim) // 8)
