@@ -268,7 +268,7 @@ def test_refuses_a_body_without_a_waist(shaped):
 
 
 def test_a_skirt_without_a_cut_opens_as_wide_as_the_hips_need(shaped):
-    """On hips and legs more than twice as wide; by the cut that is named it is refused, with the opening that is needed."""
+    """On hips twice as wide; by a cut that is named it is refused, with the opening that is needed."""
     below = np.clip((0.1 - shaped.vertices[:, 1:2]) / 0.1, 0, 1)
     wide = replace(shaped, vertices=(shaped.vertices * (1 + 1.2 * below * (1, 0, 1))).astype(np.float32))
     with pytest.raises(BadGarment, match=r"must open by (4\.[2-9]|5\.[0-7])\d* rad or more"):
