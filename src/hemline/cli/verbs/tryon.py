@@ -37,7 +37,8 @@ class TryonOptions:
 def run(options: TryonOptions) -> int:
     """Tries the garment on; if it cannot be worn, returns status 1 and writes nothing."""
     check_paths((options.output, ".safetensors"), (options.picture, ".png"))
-    note(f"trying on {options.garment}")  # said before the imports, which take a second
+    if options.garment.exists():  # said before the imports, which take a second
+        note(f"trying on {options.garment}")
     from hemline import bodies, garments, pictures
     from hemline.errors import SimulationFailed
     from hemline.tryon import try_on
