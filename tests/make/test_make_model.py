@@ -75,6 +75,7 @@ def test_its_folder_holds_datasets_that_fit_takes(outcome):
     assert open_dataset(made.folder / "probe").garment.hash == check.garment.hash
 
 
+@pytest.mark.slow
 def test_a_second_run_makes_nothing_again(outcome):
     made, _ = outcome
     takes = {file: file.stat().st_mtime_ns for file in made.folder.rglob("*.safetensors") if "takes" in str(file)}
@@ -108,8 +109,8 @@ def test_a_killed_run_goes_on(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--minutes", "0"], "minutes must be positive"),
-        (["--ms", "-1"], "ms must be positive"),
+        (["--minutes", "0"], "'minutes' must be positive"),
+        (["--ms", "-1"], "'ms' must be positive"),
         (["--jobs", "0"], "--jobs must be at least 1"),
         (["--animator", "magic"], "no such method"),
         (["-m", "dance"], "clips must differ"),

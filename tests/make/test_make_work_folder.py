@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from hemline.errors import BadGarment, BadOutput
+from hemline.errors import BadOutput
 from hemline.make.work_folder import inputs_hash, open_work_folder
 
 
@@ -66,15 +66,3 @@ def test_inputs_are_the_bytes_of_the_mesh_and_what_is_said_of_it(tmp_path):
     assert inputs_hash(str(mesh), {"material": None}) == first
     mesh.write_text("v 0 0 1\n")
     assert inputs_hash(str(mesh), {"material": None}) != first
-
-
-def test_a_mesh_without_permission_is_refused(tmp_path):
-    with pytest.raises(BadGarment, match="name a mesh file"):
-        inputs_hash(str(_pipe(tmp_path)), {})
-
-
-def _pipe(folder):
-    import os
-
-    os.mkfifo(folder / "a.obj")
-    return folder / "a.obj"

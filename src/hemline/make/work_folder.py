@@ -105,7 +105,7 @@ def inputs_hash(garment: str, others: Mapping[str, Any]) -> str:
         BadGarment: The file cannot be read.
     """
     path = Path(garment.rpartition(":")[0] if not Path(garment).exists() and ":" in garment else garment)
-    parts: list[str | bytes] = [garment if not path.is_file() else path.name]
+    parts: list[str | bytes] = [path.name + garment.removeprefix(str(path)) if path.is_file() else garment]
     for file in (path, path.with_suffix(".toml")):
         if file.is_file():
             parts.append(read_bytes(file, LARGEST_MESH, error=BadGarment, cure="name a mesh file or a garment"))

@@ -50,7 +50,7 @@ def minimize_free(hessian, linear, bones, count, factor, result_out):
 
 @kernel
 def minimize_on_simplex(squares, linear, stiffness, parents, common, allowed, weights_out):
-    """Minimizes w^T H w / 2 - l^T w over weights >= 0 that sum to 1, exactly, by active sets (Lawson, Hanson 1974).
+    """Minimizes w^T H w / 2 - l^T w over weights >= 0 that sum to 1, exactly, by active sets.
 
     Model: H_bc = sum of squares of all joints that move b and c, plus the stiffness on the diagonal
 
@@ -58,6 +58,8 @@ def minimize_on_simplex(squares, linear, stiffness, parents, common, allowed, we
         (joints, joints): the last joint that moves both; allowed (verts, joints); weights_out: start values that are
         0 where not allowed and sum to 1.
     Writes: weights_out (verts, joints): changed.
+
+    Source: Lawson, Hanson, "Solving least squares problems", 1974.
     """
     joints = len(parents)
     carried, hessian, factor = np.empty(joints), np.empty((joints, joints)), np.empty((joints, joints))
