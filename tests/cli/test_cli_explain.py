@@ -9,7 +9,7 @@ from tests.motions.rig_samples import WORLDS, along_bones, sample, upright_figur
 
 
 def test_a_clip_is_explained_in_five_lines_and_drawn(tmp_path, capsys):
-    """Of a file whose zero pose is no T-pose, in a world with z up."""
+    """A clip of a file whose zero pose is no T-pose, in a world with z up."""
     truth = sample("walk", along_bones(upright_figure()), world=WORLDS["z"])
     (tmp_path / "walk.bvh").write_text(text_of(truth.bvh))
     assert main(["explain", str(tmp_path / "walk.bvh"), "-o", str(tmp_path / "walk.png")]) == 0

@@ -101,7 +101,7 @@ def test_garments_by_name_and_own_files_are_explained(tmp_path, capsys, shirt):
 
 
 def test_a_character_is_explained(tmp_path, capsys):
-    """Its height, and how far its arms hang, are those of the body that it was made of."""
+    """A body keeps the height, and the angle of its arms, of the body that it was made of."""
     path = write_character(tmp_path / "me.glb", Sample(z_up=True, scale=100.0, extra=1))
     lines = explained([path, "-o", tmp_path / "me.png"], capsys)
     body = small_body()

@@ -19,12 +19,14 @@ from hemline.files import read_metadata
 from hemline.make import MakeSettings, make_model
 
 GARMENT = "close-skirt:3@50"
+NO_TIME = 0.01
+"""Minutes in which nothing can be simulated for a fit, on the fastest machine."""
 
 
 @pytest.fixture(scope="module")
 def outcome(tmp_path_factory):
     lines = []
-    settings = MakeSettings(minutes=0.5, seconds=0.7)
+    settings = MakeSettings(minutes=NO_TIME, seconds=0.7)
     made = make_model(GARMENT, tmp_path_factory.mktemp("make") / "my.safetensors", settings, say=lines.append)
     return made, lines
 
@@ -34,8 +36,8 @@ def test_methods_that_need_no_data_are_compared_when_time_is_short(outcome):
     assert {trial.method for trial in made.trials} == {"lag", "swingar", "live"}
     assert any("Not compared: ropes needs about" in line for line in lines)
     assert any(re.search(r"\d+ % of the cloth hangs", line) for line in lines)
-    best = min(made.trials, key=lambda trial: trial.error_mm)
-    assert made.chosen.error_mm <= 1.5 * best.error_mm
+    rivals = [trial.error_mm for trial in made.trials if trial.frame_ms <= 10 and trial.skin_seen < 0.1]
+    assert not rivals or made.chosen.error_mm <= 1.06 * min(rivals)
     for trial in made.trials:
         assert 0.5 < trial.error_mm < 200
         assert trial.inside == 0
@@ -79,7 +81,7 @@ def test_its_folder_holds_datasets_that_fit_takes(outcome):
 def test_a_second_run_makes_nothing_again(outcome):
     made, _ = outcome
     takes = {file: file.stat().st_mtime_ns for file in made.folder.rglob("*.safetensors") if "takes" in str(file)}
-    again = make_model(GARMENT, made.model, MakeSettings(minutes=0.5, seconds=0.7))
+    again = make_model(GARMENT, made.model, MakeSettings(minutes=NO_TIME, seconds=0.7))
     assert {file: file.stat().st_mtime_ns for file in takes} == takes
     assert again.seconds > made.seconds
     assert {trial.method: trial.error_mm for trial in again.trials} == {

@@ -86,7 +86,7 @@ def test_signed_distance_to_a_box_is_the_closed_form():
 
 
 def test_a_mesh_without_triangles_is_refused():
-    """Its tree would have no box to begin the search in."""
+    """A tree without triangles would have no box to begin the search in."""
     none = np.empty((0, 3), np.int32)
     for search in (lambda: ClosestTree(np.eye(3), none), lambda: closest_points_on_mesh(np.eye(3), np.eye(3), none)):
         with pytest.raises(BadMesh, match="no nearest point; got 0 triangles"):

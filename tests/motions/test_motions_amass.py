@@ -179,7 +179,7 @@ def walking(world: Rotation, frames: int = 40) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("axis", WORLDS)
 @pytest.mark.parametrize("frames", [1, 40])
 def test_up_is_seen_from_the_body_in_every_world(tmp_path, axis, frames):
-    """The same walk, and one pose of it: pelvis, head and way are those of the world with y up."""
+    """A walk in another world, and one pose of it, have pelvis, head and way of the world with y up."""
     world = Rotation.from_euler("xyz", WORLDS[axis], degrees=True)
     found = motions.read(written(tmp_path, walking(world, frames)))
     walk = motions.load("walk")[:frames]

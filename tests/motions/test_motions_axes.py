@@ -120,7 +120,7 @@ def test_a_pelvis_that_stands_askew_to_its_bones_keeps_its_axes():
 
 
 def test_clavicles_may_hang_on_the_neck():
-    """As in old Bipeds: the neck carries the arms, and stays a neck."""
+    """In old Bipeds the neck carries the arms, and stays a neck."""
     truth = sample("dance", ALONG_BONES)
     bvh, neck, chest = truth.bvh, JOINT_NAMES.index("neck"), JOINT_NAMES.index("spine3")
     parents, offsets, local = list(bvh.skeleton.parents), bvh.skeleton.offsets.copy(), bvh.rotations.copy()

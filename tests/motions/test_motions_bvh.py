@@ -180,7 +180,7 @@ def test_frame_times_in_milliseconds_and_rates_are_refused_with_what_to_write(tm
 
 
 def test_bones_that_have_positions_in_place_of_offsets_are_read(tmp_path, clip):
-    """As Rokoko's and SynthEyes' exports with six channels a joint."""
+    """Rokoko and SynthEyes export six channels a joint."""
     text = text_of(clip)
     head, motion = text.split("MOTION\n")
     head = re.sub(r"(?<=JOINT )(\w+)(\s*\{\s*)OFFSET (.*)\n", r"\1\2OFFSET 0 0 0 # \3\n", head)
