@@ -20,7 +20,7 @@ class MakeSettings:
     """
 
     minutes: float = positive(10.0)
-    """Time that the whole run may take [min]. A longer run simulates more poses and clips and gives a better model.
+    """Time that the whole run may take [min]. A longer run simulates more poses and clips.
     One hour takes the same steps as ten minutes."""
     ms: float = positive(10.0)
     """Longest time that a frame of the model may take on this machine [ms].

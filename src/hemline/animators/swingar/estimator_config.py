@@ -17,7 +17,7 @@ MESHES = 3
 """Number of coarse meshes that the corrective predictor is given: the present one and two before it."""
 CHANGE_FACTOR = 10.0
 """Factor by which earlier coarse meshes are moved away from the present one before the corrective predictor sees them.
-In a frame a mesh moves by centimetres, which the predictor does not learn to see beside positions of a metre."""
+In a frame a mesh moves by centimetres, which the predictor is slow to see beside positions of a metre."""
 CORRECTIVE_WIDTH = 3 + JOINTS
 """Numbers of one vertex of a coarse mesh: its position [m] and its distance to each joint [m]."""
 

@@ -22,7 +22,7 @@ class MakeOptions:
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """Model file to write (.safetensors). A report (.html) and a folder (.making) are written beside it."""
     minutes: float = 10.0
-    """Time that the run may take [min]. More time means more clips and poses, and a better model."""
+    """Time that the run may take [min]. More time means more clips and poses."""
     ms: float = 10.0
     """Longest time of a frame on this machine [ms].
     A slower method is chosen only if no faster one plays the garment well."""
