@@ -22,6 +22,11 @@ def dressed_shirt():
     return shaped, shirt, Cover.prepare(shaped, shirt.vertices, shirt.faces)
 
 
+def idle(vertices, *corners: int) -> np.ndarray:
+    """Which vertices are corners of triangles that cover nothing."""
+    return np.isin(np.arange(len(vertices)), corners)
+
+
 def single(points) -> tuple[np.ndarray, ...]:
     """One triangle in the plane z = 0 over all the points."""
     points = np.asarray(points, np.float32)
@@ -33,7 +38,14 @@ def single(points) -> tuple[np.ndarray, ...]:
 def covered(points, sweeps: int = 1) -> tuple[np.ndarray, int]:
     *model, skin, vertices = single(points)
     moved = cover_points(
-        CoveredSkin(*model), skin, np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, sweeps, vertices
+        CoveredSkin(*model),
+        skin,
+        idle(vertices),
+        np.float32(COVER_GAP),
+        np.float32(COVER_DEPTH),
+        COVER_STEPS,
+        sweeps,
+        vertices,
     )
     return vertices, moved
 
@@ -72,12 +84,26 @@ def test_what_it_does_not_cover_moves_nothing(point):
     np.testing.assert_array_equal(vertices, single([point])[-1])
 
 
+def test_a_triangle_with_an_idle_corner_covers_nothing():
+    *model, skin, vertices = single([[0.008, 0.01, 0.004]])
+    lengths = np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, 1
+    assert cover_points(CoveredSkin(*model), skin, idle(vertices, 1), *lengths, vertices) == 0
+    assert cover_points(CoveredSkin(*model), skin, idle(vertices), *lengths, vertices) == 1
+
+
 def test_a_triangle_without_area_covers_nothing():
     *model, skin, vertices = single([[0.0, 0.0, 0.001]])
     vertices[:] = vertices[0]
     assert (
         cover_points(
-            CoveredSkin(*model), skin, np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, 2, vertices
+            CoveredSkin(*model),
+            skin,
+            idle(vertices),
+            np.float32(COVER_GAP),
+            np.float32(COVER_DEPTH),
+            COVER_STEPS,
+            2,
+            vertices,
         )
         == 0
     )
@@ -134,7 +160,7 @@ def test_wherever_cloth_has_slipped_to_the_triangle_over_a_point_is_found():
                 faces_across_edges(corners),
             )
             lengths = np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS, 1
-            assert cover_points(CoveredSkin(*model), skin[point : point + 1], *lengths, moving) == 1
+            assert cover_points(CoveredSkin(*model), skin[point : point + 1], idle(moving), *lengths, moving) == 1
         np.testing.assert_array_equal(*results)
 
 
@@ -147,9 +173,9 @@ def test_points_that_nothing_moved_are_rightly_left_out():
     model = np.arange(300, dtype=np.int32), over, corners, faces_across_edges(corners)
     lengths = np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS
     twice, once, moves = vertices.copy(), vertices.copy(), 0
-    moved = cover_points(CoveredSkin(*model), skin, *lengths, 2, twice)
+    moved = cover_points(CoveredSkin(*model), skin, idle(vertices), *lengths, 2, twice)
     for _ in range(2):
-        moves += cover_points(CoveredSkin(*model), skin, *lengths, 1, once)
+        moves += cover_points(CoveredSkin(*model), skin, idle(vertices), *lengths, 1, once)
     np.testing.assert_allclose(twice, once, atol=1e-6)
     assert abs(moved - moves) <= 1 and moved > 50
 

@@ -36,7 +36,7 @@ BESIDE = {
 """Pairs in one set of which the first may import the second."""
 INNER = {
     "sim": ["settings", "cloth", "solver", "contact", "step", "rest", "takes"],
-    "collide": ["primitives", "winding", "surface", "whole", "cover", "projection", "layers", "neural_sdf"],
+    "collide": ["primitives", "winding", "surface", "whole", "cover", "projection", "close", "layers", "neural_sdf"],
 }
 """Rooms inside a room, from left to right; its `__init__` is the door to all of them."""
 ARRAYS_ONLY = {"metrics", "pictures", "export"}

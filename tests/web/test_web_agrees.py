@@ -7,7 +7,7 @@ import pytest
 
 import hemline
 from hemline import web
-from hemline.collide import EdgeLimits, inside
+from hemline.collide import inside
 from hemline.meshes import rest_lengths, vertex_normals
 from hemline.playback import play
 from tests.web.web_pages import farthest_mm, opened, played
@@ -129,12 +129,32 @@ def test_the_same_frames_again_to_the_bit(page, pushing):
     assert np.array_equal(first, page.frames(6, 25, pushing=pushing)[0])
 
 
+def shorten_edges(garment, vertices, rest, stretch=1.15, sweeps=4):
+    """Shortens edges that are too long by pattern and rest, in sweeps to and fro, in plain NumPy."""
+    edges, lengths = rest_lengths(garment.faces, garment.rest_edges)
+
+    def along(places):
+        return np.linalg.norm(places[edges[:, 1]] - places[edges[:, 0]], axis=1)
+
+    listed, moved = np.flatnonzero(along(vertices) > stretch * lengths), vertices.astype(np.float64)
+    longest = stretch * np.maximum(lengths, along(rest.astype(np.float64)))
+    for sweep in range(sweeps):
+        for e in listed if sweep % 2 == 0 else listed[::-1]:
+            a, b = edges[e]
+            way = moved[b] - moved[a]
+            length = np.linalg.norm(way)
+            step = 0.5 * max(0.0, length - longest[e]) * way / length
+            moved[a] += step
+            moved[b] -= step
+    return moved
+
+
 def test_edges_that_are_too_long_are_shortened_as_in_python(page):
     """Of the shirt, with every vertex moved by chance: a fifth of its edges is too long."""
     model, random = made()["shirt"], np.random.default_rng(3)
     rest = model.at_rest(model.start(body().posed(body().rest_pose)))
     torn = (rest + random.normal(scale=0.003, size=rest.shape)).astype(np.float32)
-    expected = EdgeLimits.of(model.garment).shorten(torn, rest)
+    expected = shorten_edges(model.garment, torn, rest)
     page.frames(list(made()).index("shirt"), 1)
     script = """
         const [torn, rest] = Array.from(arguments, (each) => Float32Array.from(each));

@@ -1,5 +1,6 @@
 """The body as an obstacle: distances for ropes, winding numbers, whole cloth, cover, and the final projection."""
 
+from .close.close_cloth import CloseCloth as CloseCloth
 from .cover.cover import Cover as Cover
 from .layers.layered_projector import LayeredProjector as LayeredProjector
 from .layers.layered_projector import LayersReport as LayersReport
@@ -10,10 +11,10 @@ from .projection.prepared import ProjectorState as ProjectorState
 from .projection.project import Projector as Projector
 from .projection.project_frame import ProjectionReport as ProjectionReport
 from .surface.garment_on_body import GarmentOnBody as GarmentOnBody
+from .surface.nearest_skin import NearestSkin as NearestSkin
 from .surface.patches import limb_of_vertices as limb_of_vertices
 from .surface.patches import limbs as limbs
 from .surface.posed_surface import PosedSurface as PosedSurface
-from .whole.edge_limits import EdgeLimits as EdgeLimits
 from .whole.whole_cloth import WholeCloth as WholeCloth
 from .whole.whole_cloth import WholeSettings as WholeSettings
 from .whole.whole_cloth import WholeState as WholeState
@@ -21,13 +22,14 @@ from .winding.numbers import inside as inside
 from .winding.numbers import winding_numbers as winding_numbers
 
 __all__ = [
+    "CloseCloth",
     "Cover",
-    "EdgeLimits",
     "GarmentOnBody",
     "Guarantee",
     "LayeredProjector",
     "LayersReport",
     "LayersState",
+    "NearestSkin",
     "PosedSurface",
     "ProjectionReport",
     "ProjectionSettings",

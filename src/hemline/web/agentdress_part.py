@@ -5,8 +5,9 @@ import numpy as np
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.own_body import refuse_other_body
 from hemline.bodies import ShapedBody
-from hemline.collide import EdgeLimits
+from hemline.collide.close.close_cloth import STRETCH
 from hemline.errors import BadInput
+from hemline.meshes import rest_lengths
 
 from .parts import PagePart, differences, short_numbers
 
@@ -29,14 +30,16 @@ def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> PagePart:
     if model.tables.rigged is not None:
         cure = "fit it with --pose-model kernel"
         raise BadInput("a page plays a kernel as pose model", "a model of --pose-model sor", cure)
-    limits, count = EdgeLimits.of(model.garment), len(model.tables.rest)
+    edges, lengths = rest_lengths(model.garment.faces, model.garment.rest_edges)
+    free, count = np.ones(len(model.garment.vertices), np.float32), len(model.tables.rest)
+    free[model.garment.pins.vertices[np.isinf(model.garment.pins.stiffness)]] = 0
     arrays = model.tables.arrays() | {
         "basis.digits": differences(model.tables.basis.digits),
         "indices": model.tables.indices.astype(np.uint8),
         "faces": short_numbers(model.garment.faces, count),
-        "limits.edges": short_numbers(limits.edges, count),
-        "limits.longest": limits.longest,
-        "limits.free": limits.free,
+        "limits.edges": short_numbers(edges, count),
+        "limits.longest": (STRETCH * lengths).astype(np.float32),
+        "limits.free": free,
     }
     config = model.config
     metadata = {

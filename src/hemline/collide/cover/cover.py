@@ -74,7 +74,7 @@ class Cover:
             vertices: The garment in this frame [m]; it is not changed.
         """
         result, lengths = np.array(vertices, np.float32), (np.float32(COVER_GAP), np.float32(COVER_DEPTH))
-        cover_points(self.covered, skin, *lengths, COVER_STEPS, COVER_SWEEPS, result)
+        cover_points(self.covered, skin, np.zeros(len(result), np.bool_), *lengths, COVER_STEPS, COVER_SWEEPS, result)
         return result
 
 

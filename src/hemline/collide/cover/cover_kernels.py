@@ -29,15 +29,16 @@ class CoveredSkin(NamedTuple):
 
 
 @kernel
-def cover_points(covered, skin, gap, deepest, steps, sweeps, vertices_out):
+def cover_points(covered, skin, idle, gap, deepest, steps, sweeps, vertices_out):
     """Moves triangles out until the points that they cover are a gap behind them.
 
     For each point a walk leads from the triangle over it at rest, across the edges that the point is beyond, to the
     triangle over it now. With the depth d of the point along the unit normal and its barycentric weights w, corner i
     moves by w_i / (sum w^2) times what d lacks. A point is visited again only where a corner has moved since.
 
-    Reads: covered; skin (body_verts, 3) [m]; gap: distance of a covered point behind the triangle [m]; deepest: a point
-        farther in front is not covered by the triangle [m]; steps: triangles of a walk, at most; sweeps.
+    Reads: covered; skin (body_verts, 3) [m]; idle (verts,): a triangle with such a corner covers nothing; gap: distance
+        of a covered point behind the triangle [m]; deepest: a point farther in front is not covered by the triangle
+        [m]; steps: triangles of a walk, at most; sweeps.
     Writes: vertices_out (verts, 3): the garment [m].
     Returns: how often a triangle was moved.
     """
@@ -76,7 +77,7 @@ def cover_points(covered, skin, gap, deepest, steps, sweeps, vertices_out):
                 if following < 0 or following == previous:
                     break
                 previous, t = np.int32(t), _index(following)
-            if not found or square < LEAST_AREA:
+            if not found or square < LEAST_AREA or idle[a] or idle[b] or idle[c]:
                 continue
             here[i] = np.int32(t)
             high = px * ax + py * ay + pz * az

@@ -12,6 +12,7 @@ from hemline.collide.projection.prepared import Guarantee, ProjectorState
 from hemline.collide.projection.project import Projector
 from hemline.collide.projection.project_frame import ProjectionReport
 from hemline.collide.surface.garment_on_body import GarmentOnBody
+from hemline.collide.surface.nearest_skin import NearestSkin
 from hemline.collide.surface.posed_surface import PosedSurface
 
 from .layer import Layer, LayerState
@@ -122,6 +123,7 @@ class LayeredProjector:
         *,
         dt: float,
         surface: PosedSurface | None = None,
+        contact: NearestSkin | None = None,
     ) -> tuple[LayersState, Vertices, LayersReport]:
         """Moves each piece out of those beneath, which are in place already, and then out of the body.
 
@@ -131,6 +133,7 @@ class LayeredProjector:
             vertices: All pieces in this frame, any finite positions [m].
             dt: Time since the frame before [s].
             surface: The body's surface in this frame (`on_body.surface(posed)`), if it was computed already.
+            contact: Where the skin is next to each vertex of all pieces, from a step before this one.
 
         Returns:
             The next state, the pieces [m], and a report. No vertex is inside the body but pinched ones; none is behind
@@ -148,7 +151,10 @@ class LayeredProjector:
                 frame.layers.append(moved)
                 trials.append((layer, inner, piece, pinched))
             frame.seconds += time.perf_counter() - began
-            after, out, report = self.projectors[at].project(state.pieces[at], posed, piece, dt=dt, surface=surface)
+            near = None if contact is None else contact.part(low, high)
+            after, out, report = self.projectors[at].project(
+                state.pieces[at], posed, piece, dt=dt, surface=surface, contact=near
+            )
             began = time.perf_counter()
             for layer, inner, before, pinched in trials:
                 doubtful = np.union1d(pinched, np.flatnonzero((out != before).any(axis=1)))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.arrays import Int, Vertices
+from hemline.collide.surface.nearest_skin import NearestSkin
 from hemline.collide.surface.posed_surface import PosedSurface
 
 from .prepared import PreparedProjection, ProjectorState
@@ -33,6 +34,7 @@ class Projector(PreparedProjection):
         dt: float,
         places: Int[np.ndarray, " verts"] | None = None,
         surface: PosedSurface | None = None,
+        contact: NearestSkin | None = None,
     ) -> tuple[ProjectorState, Vertices, ProjectionReport]:
         """Moves the vertices of one frame out of the posed body.
 
@@ -44,6 +46,7 @@ class Projector(PreparedProjection):
             places: Face of the body that contact holds each vertex off from, -1 for none. Such a vertex is led out over
                 that place or not at all: other skin may be nearer, but across flesh.
             surface: The body's surface in this frame (`on_body.surface(posed)`), if it was computed already.
+            contact: Where the skin is, from a step before this one; it takes the place of what the state remembers.
 
         Returns:
             The next state, the vertices outside of the body [m], and a report.
@@ -51,4 +54,6 @@ class Projector(PreparedProjection):
         Raises:
             BadGarment: The number of vertices differs from the prepared garment's, or a position is not finite.
         """
-        return ProjectedFrame(self, state, posed, self.on_body.check_vertices(vertices), places, surface).project(dt)
+        return ProjectedFrame(
+            self, state, posed, self.on_body.check_vertices(vertices), places, surface, contact
+        ).project(dt)

@@ -7,6 +7,7 @@ import numpy as np
 
 from hemline.arrays import Bool, Float, Int, Points, Vertices
 from hemline.collide.surface.box_kernels import BLOCK
+from hemline.collide.surface.nearest_skin import NearestSkin
 from hemline.collide.surface.posed_surface import PosedSurface
 from hemline.collide.surface.surface_kernels import MOST_STEPS
 
@@ -54,6 +55,7 @@ class ProjectedFrame:
         vertices: Vertices,
         places: Int[np.ndarray, " verts"] | None = None,
         surface: PosedSurface | None = None,
+        contact: NearestSkin | None = None,
     ):
         self.projector, self.patches, self.vertices = projector, projector.on_body.patches, vertices
         settings = projector.settings
@@ -73,13 +75,25 @@ class ProjectedFrame:
             heights=state.heights.copy(),
             directions=state.directions.copy(),
             hidden=state.hidden.copy(),
+            offsets=state.offsets.copy(),
         )
+        if contact is not None:
+            self.start_from(contact)
         self.in_contact, self.places = places is not None, np.full(len(self.points), -1, np.int64)
         if places is not None:
             corners = posed.shaped.body.faces[places[projector.on_body.order], 0]
             given = places[projector.on_body.order] >= 0
             self.places[given] = self.patches.ring[self.patches.ring_start[self.patches.number[corners[given]]]]
         self.cloth = Cloth(self.points, self.places, self.state.anchors, self.state.heights, self.state.offsets)
+
+    def start_from(self, contact: NearestSkin) -> None:
+        """Forgets, for each vertex with a known place on the skin, where it was kept in earlier frames."""
+        order, state = self.projector.on_body.order, self.state
+        faces = contact.faces[order]
+        known = faces >= 0
+        state.anchors[known] = faces[known]
+        state.heights[known] = contact.heights[order][known]
+        state.offsets[known] = 0
 
     def project(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
         """Runs all stages; returns the next state, the garment outside of the body [m], and the report.

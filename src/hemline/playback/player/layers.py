@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -11,10 +11,12 @@ from hemline.animators.together import AnimatorTogether
 from hemline.arrays import Bool, Vertices
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.collide import (
+    CloseCloth,
     Cover,
     GarmentOnBody,
     Guarantee,
     LayeredProjector,
+    NearestSkin,
     PosedSurface,
     ProjectionReport,
     Projector,
@@ -73,16 +75,52 @@ def rest_function(animator: Animator) -> Callable[[Any], Vertices]:
     return lambda state: nowhere
 
 
-def covers_of(garment: Garment, shaped: ShapedBody) -> tuple[Cover, ...]:
-    """Returns a `Cover` for each piece of a garment, each of the cloth nearest to the skin.
+def covers_of(garment: Garment, shaped: ShapedBody, settled: Bool[np.ndarray, " verts"]) -> tuple[Cover, ...]:
+    """Returns a `Cover` for each piece of a garment that does not settle, each of the cloth nearest to the skin.
 
     Args:
         garment: One garment, or several worn together.
         shaped: The body on which it was made.
+        settled: Result of `settled_vertices`.
     """
     pieces = [garment.faces[garment.face_pieces == at] for at in range(len(garment.layers))]
     each = pieces if len(pieces) > 1 else [garment.faces]
-    return tuple(Cover.prepare(shaped, garment.vertices, faces) for faces in each)
+    return tuple(Cover.prepare(shaped, garment.vertices, faces) for faces in each if not settled[faces].all())
+
+
+class ClosePiece(NamedTuple):
+    """A settled piece of the garment of a player, and what holds it within its limits."""
+
+    low: int
+    """The first vertex of the piece."""
+    high: int
+    """The vertex after its last one."""
+    cloth: CloseCloth
+
+
+def close_pieces(
+    garment: Garment, on_body: GarmentOnBody, settled: Bool[np.ndarray, " verts"], level: LevelOnBody, body: ShapedBody
+) -> tuple[ClosePiece, ...]:
+    """Prepares the settled pieces of a garment.
+
+    Args:
+        garment: One garment, or several worn together.
+        on_body: The garment in relation to the collider.
+        settled: Result of `settled_vertices`.
+        level: The level of detail; skin is covered only where its collider is the body.
+        body: The body that wears the garment.
+    """
+    pieces, low, prepared = split_pieces(garment), 0, list[ClosePiece]()
+    made_on = body.body.shaped(garment.body_betas) if level.body is body else None
+    for piece in pieces:
+        high = low + len(piece.vertices)
+        if settled[low:high].all():
+            near = on_body
+            if len(pieces) > 1:
+                near = GarmentOnBody.of(level.body, piece.vertices, patches=on_body.patches)
+            prepared.append(ClosePiece(low, high, CloseCloth.prepare(made_on, piece, near)))
+        low = high
+    return tuple(prepared)
 
 
 @runtime_checkable
@@ -99,7 +137,14 @@ class FrameProjector(Protocol):
         ...
 
     def project(
-        self, state: Any, posed: PosedBody, vertices: Vertices, *, dt: float, surface: PosedSurface | None
+        self,
+        state: Any,
+        posed: PosedBody,
+        vertices: Vertices,
+        *,
+        dt: float,
+        surface: PosedSurface | None,
+        contact: NearestSkin | None,
     ) -> tuple[Any, Vertices, ProjectionReport]:
         """Projects one frame, see `hemline.collide.Projector.project`.
 
@@ -109,6 +154,7 @@ class FrameProjector(Protocol):
             vertices: The garment [m].
             dt: Time since the previous frame [s].
             surface: Surface of the body in this frame.
+            contact: Where the skin is, from a step before this one.
         """
         ...
 

@@ -20,10 +20,11 @@ from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.bodies.place import Placement, placement
 from hemline.collide import (
     Cover,
-    EdgeLimits,
     GarmentOnBody,
     Guarantee,
     LayersReport,
+    NearestSkin,
+    PosedSurface,
     WholeCloth,
     WholeSettings,
 )
@@ -36,8 +37,10 @@ from hemline.playback.switch import nearest_vertices, transfer_projector, transf
 from .frame import Frame
 from .layers import (
     THICKNESS_MM,
+    ClosePiece,
     FrameProjector,
     check_thickness,
+    close_pieces,
     covers_of,
     projector_of,
     rest_function,
@@ -64,10 +67,10 @@ class Player:
         error: Error of the level of detail, see `LevelOnBody` [m].
         whole: The step that keeps cloth in one piece, between animator and projection; None where it is off, or all
             animators are `Settled`.
-        limits: Limits on the stretch of cloth of `Settled` animators, applied after `whole`; None where `whole` is off,
-            or no animator is `Settled`.
-        cover: Keeps the skin from showing through close-fitting cloth, one per piece; None where `whole` is off, or the
-            collider is not the body.
+        close: The settled pieces, each with the step that keeps it in one piece, out of the skin and over it, in the
+            place of `whole` and `cover`; empty where `whole` is off, or no animator is `Settled`.
+        cover: Keeps the skin from showing through close-fitting cloth, one per piece that does not settle; None where
+            `whole` is off, or the collider is not the body.
         projector: Moves vertices out of the body in each frame, and each of several garments out of those beneath it.
         settled: Which vertices belong to `Settled` animators, where others are worn with them: the whole-cloth step
             leaves these vertices alone. None where all vertices are of one sort.
@@ -89,7 +92,7 @@ class Player:
     collider: ShapedBody
     error: float
     whole: WholeCloth | None
-    limits: EdgeLimits | None
+    close: tuple[ClosePiece, ...]
     cover: tuple[Cover, ...] | None
     projector: FrameProjector
     settled: Bool[np.ndarray, " verts"] | None
@@ -159,10 +162,10 @@ class Player:
         cloth = None
         if whole and not settled.all():
             cloth = WholeCloth.prepare(collider, garment, on_body, WholeSettings().at_detail(detail))
-        limits = EdgeLimits.of(garment, settled) if whole and settled.any() else None
+        close = close_pieces(garment, on_body, settled, level, body) if whole else ()
         cover = None
         if whole and collider is body:
-            cover = covers_of(garment, body.body.shaped(garment.body_betas))
+            cover = covers_of(garment, body.body.shaped(garment.body_betas), settled)
         return cls(
             animator=level.animator,
             body=body,
@@ -170,7 +173,7 @@ class Player:
             collider=collider,
             error=level.error,
             whole=cloth,
-            limits=limits,
+            close=close,
             cover=cover,
             projector=projector,
             settled=settled if cloth is not None and settled.any() else None,
@@ -339,6 +342,18 @@ class Player:
     def _rest_vertices(self) -> Callable[[Any], Vertices]:
         return rest_function(self.animator)
 
+    def _hold_close(
+        self, vertices: Vertices, rest: Vertices, solid: PosedBody, surface: PosedSurface
+    ) -> tuple[Vertices, NearestSkin]:
+        """Holds the settled pieces within their limits; returns the garment [m], and where the skin is next to it."""
+        if len(self.close) == 1 and self.close[0].high - self.close[0].low == len(vertices):
+            return self.close[0].cloth.step(solid, vertices, rest, surface=surface)
+        held, contact = vertices.copy(), NearestSkin.unknown(len(vertices))
+        for low, high, cloth in self.close:
+            held[low:high], near = cloth.step(solid, vertices[low:high], rest[low:high], surface=surface)
+            contact.faces[low:high], contact.heights[low:high] = near.faces, near.heights
+        return held, contact
+
     def _on_collider(self, posed: PosedBody) -> PosedBody:
         """Returns the collider in the same pose."""
         return posed if self.collider is self.body else replace(posed, shaped=self.collider)
@@ -386,14 +401,17 @@ class Player:
             constrained = (
                 constrained if self.settled is None else np.where(self.settled[:, None], animated, constrained)
             )
-        if self.limits:
-            constrained = self.limits.shorten(constrained, self._rest_vertices(moved))
+        contact = None
+        if self.close:
+            constrained, contact = self._hold_close(constrained, self._rest_vertices(moved), solid, surface)
         clock.append(time.perf_counter())
         covered = constrained
         for cover in self.cover or ():
             covered = cover.step(solid.vertices, covered)
         clock.append(time.perf_counter())
-        projected, vertices, report = self.projector.project(state.projector, solid, covered, dt=dt, surface=surface)
+        projected, vertices, report = self.projector.project(
+            state.projector, solid, covered, dt=dt, surface=surface, contact=contact
+        )
         clock.append(time.perf_counter())
         times = [(after - before) * 1e3 for before, after in pairwise(clock)]
         spans: dict[str, float] = dict(zip(STAGES, times, strict=True))

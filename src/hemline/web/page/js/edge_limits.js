@@ -1,4 +1,4 @@
-// Shortens edges that are stretched too far; collide/whole/edge_limits, edge_limit_kernels.
+// Shortens edges that are stretched too far: the simplest of the constraints of collide/close.
 
 const STRETCH = 1.15, SWEEPS = 4;
 
