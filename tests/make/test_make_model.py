@@ -3,20 +3,24 @@
 import base64
 import json
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hemline
+from hemline.animators.ropes.config import RopesConfig
 from hemline.cli.main import main
 from hemline.datasets import open_dataset
-from hemline.errors import BadInput
+from hemline.errors import BadInput, SimulationFailed
 from hemline.files import read_metadata
 from hemline.make import MakeSettings, make_model
+from hemline.make.candidates import shorter_training
 
 GARMENT = "close-skirt:3@50"
 NO_TIME = 0.01
@@ -75,6 +79,33 @@ def test_its_folder_holds_datasets_that_fit_takes(outcome):
     check = open_dataset(made.folder / "check")
     assert [row.clip for row in check.clips()] == ["dance"]
     assert open_dataset(made.folder / "probe").garment.hash == check.garment.hash
+
+
+def test_a_fit_for_which_no_time_is_left_is_left_out_with_the_reason(outcome, tmp_path):
+    made, _ = outcome
+    folder, model = tmp_path / "my.making", tmp_path / "my.safetensors"
+    shutil.copytree(made.folder, folder)
+    state = json.loads((folder / "make.json").read_text())
+    state["plan"] |= {"methods": ["ropes", "lag", "swingar", "live"], "frames": 60, "left_out": []}
+    (folder / "make.json").write_text(json.dumps(state))
+    lines = []
+    again = make_model(GARMENT, model, MakeSettings(minutes=NO_TIME, seconds=0.7), say=lines.append)
+    assert {trial.method for trial in again.trials} == {"lag", "swingar", "live"}
+    assert any(re.match("Not compared: ropes needs at least .* for a fit, and 0 s are left", line) for line in lines)
+    assert "ropes needs at least" in again.report.read_text()
+    assert not list((folder / "takes" / "takes").glob("*.safetensors"))
+
+
+def test_a_method_without_time_for_it_ends_with_the_reason(tmp_path):
+    with pytest.raises(SimulationFailed, match="no method can play this garment: ropes needs about"):
+        make_model(GARMENT, tmp_path / "my.safetensors", MakeSettings(minutes=NO_TIME, seconds=0.7, animator="ropes"))
+
+
+def test_a_short_training_has_fewer_passes_and_is_otherwise_the_same():
+    usual, half = shorter_training(1.0), shorter_training(0.5)
+    assert usual == RopesConfig()
+    assert (half.epochs, half.correction_epochs, half.bones_epochs) == (20, 30, 15)
+    assert replace(half, epochs=40, correction_epochs=60, bones_epochs=30) == usual
 
 
 @pytest.mark.slow

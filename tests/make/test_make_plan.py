@@ -8,17 +8,35 @@ import pytest
 
 from hemline.errors import BadInput
 from hemline.make.clips import FPS, at_speed, clean_part, open_clips, requests
-from hemline.make.plan import BODIES, RESERVE, DataPlan, plan_data
+from hemline.make.plan import (
+    BODIES,
+    LEAST_EFFORT,
+    RESERVE,
+    DataPlan,
+    agentdress_seconds,
+    plan_data,
+    ropes_effort,
+    ropes_seconds,
+)
 from hemline.make.settings import METHODS
 from hemline.motions import load, names
 
 CASES = list(itertools.product([0.0, 0.1, 0.3, 0.6, 0.9, 1.0], [0.01, 0.1, 0.6], [30.0, 500.0, 30000.0], [1, 2, 16]))
 
 
+MANY = 10**6
+"""More frames than any of these plans has time for."""
+
+
+def make_plan(methods, hanging, frame_s, left, jobs, *, slowness=1.0, most_frames=MANY):
+    return plan_data(methods, hanging, frame_s, left, jobs, slowness=slowness, most_frames=most_frames)
+
+
+@pytest.mark.parametrize("slowness", [0.5, 1.0, 6.0])
 @pytest.mark.parametrize(("hanging", "frame_s", "left", "jobs"), CASES)
-def test_a_plan_keeps_to_its_time_and_says_what_it_leaves_out(hanging, frame_s, left, jobs):
-    plan = plan_data(METHODS, hanging, frame_s, left, jobs)
-    planned = sum(plan.seconds(frame_s, jobs).values())
+def test_a_plan_keeps_to_its_time_and_says_what_it_leaves_out(hanging, frame_s, left, jobs, slowness):
+    plan = make_plan(METHODS, hanging, frame_s, left, jobs, slowness=slowness)
+    planned = sum(plan.seconds(frame_s, jobs, slowness).values())
     assert planned <= (1 - RESERVE) * left + 1e-9
     assert set(plan.methods) >= {"lag", "swingar", "live"}  # these need no data
     assert (plan.frames > 0) == ("ropes" in plan.methods)
@@ -28,7 +46,7 @@ def test_a_plan_keeps_to_its_time_and_says_what_it_leaves_out(hanging, frame_s, 
 
 
 def test_more_time_buys_more_of_everything():
-    short, long = (plan_data(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (10, 60))
+    short, long = (make_plan(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (10, 60))
     assert short.frames > 0
     assert short.anchors > 0
     assert 5 < long.frames / short.frames < 7
@@ -38,18 +56,60 @@ def test_more_time_buys_more_of_everything():
 
 
 def test_cloth_that_hangs_gets_clips_and_cloth_that_lies_close_gets_drapes():
-    skirt, shirt = (plan_data(METHODS, hanging, 0.1, 600, 2) for hanging in (0.95, 0.05))
+    skirt, shirt = (make_plan(METHODS, hanging, 0.1, 600, 2) for hanging in (0.95, 0.05))
     assert (skirt.frames > 0, skirt.drapes) == (True, 0)
     assert (shirt.frames, shirt.drapes > 3 * BODIES) == (0, True)
 
 
 def test_a_method_that_was_asked_for_is_used_whatever_hangs():
-    assert plan_data(("ropes",), 0.0, 0.1, 600, 2).methods == ("ropes",)
-    assert plan_data(("agentdress",), 1.0, 0.1, 600, 2).methods == ("agentdress",)
+    assert make_plan(("ropes",), 0.0, 0.1, 600, 2).methods == ("ropes",)
+    assert make_plan(("agentdress",), 1.0, 0.1, 600, 2).methods == ("agentdress",)
+
+
+def test_no_more_frames_are_planned_than_the_clips_have():
+    plan = make_plan(METHODS, 0.5, 0.02, 36000, 2, most_frames=3630)
+    free = make_plan(METHODS, 0.5, 0.02, 36000, 2)
+    assert plan.frames == 3630 < free.frames
+    assert plan.drapes > free.drapes  # the time that is left over
+
+
+@pytest.mark.parametrize("minutes", [10, 60, 600])
+@pytest.mark.parametrize("frame_s", [0.05, 0.2, 1.0])
+def test_time_that_the_clips_do_not_take_is_planned_for_drapes(minutes, frame_s):
+    plan = make_plan(METHODS, 0.4, frame_s, 60 * minutes, 2, most_frames=3630)
+    if plan.anchors:
+        cost = frame_s * 40 / 2 + 1
+        planned = sum(plan.seconds(frame_s, 2, 1.0).values())
+        assert planned == pytest.approx((1 - RESERVE) * 60 * minutes, abs=cost * BODIES + 2)
+
+
+def test_a_machine_at_half_the_pace_fits_to_fewer_frames():
+    alone, busy = (make_plan(("ropes",), 1.0, 0.1, 600, 2, slowness=slowness) for slowness in (1.0, 2.0))
+    assert busy.frames < alone.frames
+    assert ropes_seconds(busy.frames, 2.0) > ropes_seconds(busy.frames, 1.0)
+
+
+def test_training_is_shortened_to_the_time_that_is_left():
+    whole = ropes_seconds(1500, 1.0) / (1 - RESERVE)
+    assert ropes_effort(1500, whole + 1, 1.0) == 1.0
+    efforts = [ropes_effort(1500, part * whole, 1.0) for part in (0.9, 0.8, 0.7, 0.6)]
+    assert efforts == sorted(efforts, reverse=True)
+    for part, effort in zip((0.9, 0.8, 0.7, 0.6), efforts, strict=True):
+        assert LEAST_EFFORT <= effort < 1
+        assert ropes_seconds(1500, 1.0, effort) == pytest.approx((1 - RESERVE) * part * whole)
+    assert ropes_effort(1500, 0.3 * whole, 1.0) == 0.0
+    assert ropes_effort(1500, whole, 5.0) == 0.0
+    assert ropes_effort(1500, -1.0, 1.0) == 0.0
+    assert ropes_effort(0, -1.0, 1.0) == 0.0
+
+
+def test_a_fit_to_more_takes_longer():
+    assert ropes_seconds(2000, 1.0) > ropes_seconds(1000, 1.0) > ropes_seconds(1000, 1.0, 0.5) > 0
+    assert agentdress_seconds(108, 1.0) == pytest.approx(6, abs=1)  # measured: 6.1 s
 
 
 def test_a_plan_comes_back_from_its_file():
-    plan = plan_data(METHODS, 0.9, 0.1, 600, 2)
+    plan = make_plan(METHODS, 0.9, 0.1, 600, 2)
     assert DataPlan.of_entries(json.loads(json.dumps(plan.entries()))) == plan
 
 

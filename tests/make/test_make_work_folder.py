@@ -1,10 +1,12 @@
 """The folder of a run: continued, never shared, never overwritten by another mesh."""
 
 import json
+import time
 
 import pytest
 
 from hemline.errors import BadOutput
+from hemline.make.clock import Clock, OutOfTime
 from hemline.make.work_folder import inputs_hash, open_work_folder
 
 
@@ -66,3 +68,17 @@ def test_inputs_are_the_bytes_of_the_mesh_and_what_is_said_of_it(tmp_path):
     assert inputs_hash(str(mesh), {"material": None}) == first
     mesh.write_text("v 0 0 1\n")
     assert inputs_hash(str(mesh), {"material": None}) != first
+
+
+def test_a_step_is_stopped_when_its_time_is_over(tmp_path):
+    calls = []
+    with open_work_folder(tmp_path / "my.safetensors", "x") as work:
+        clock = Clock(60.0, work, lambda line: None)
+        patient = clock.stop_late(lambda *step: calls.append(step), 60.0)
+        hasty = clock.stop_late(lambda *step: calls.append(step), 0.05)
+        patient("a", 1, 2)
+        time.sleep(0.1)
+        patient("a", 2, 2)
+        with pytest.raises(OutOfTime, match="b"):
+            hasty("b", 1, 2)
+    assert calls == [("a", 1, 2), ("a", 2, 2), ("b", 1, 2)]

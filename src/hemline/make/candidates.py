@@ -1,12 +1,15 @@
 """Makes the model of each method: fits those that are fitted, and dresses the others in the garment."""
 
+import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from hemline import animators
 from hemline.animators import Animator, Progress, Wearable
+from hemline.animators.ropes.config import RopesConfig
 from hemline.bodies import Body, ShapedBody
 from hemline.datasets import open_dataset
 from hemline.errors import HemlineError
@@ -37,7 +40,13 @@ def suitable_methods(animator: str, body: Body) -> tuple[tuple[str, ...], tuple[
 
 
 def make_candidate(
-    method: str, work: WorkFolder, garment: Garment, body: ShapedBody, seed: int, progress: Progress
+    method: str,
+    work: WorkFolder,
+    garment: Garment,
+    body: ShapedBody,
+    seed: int,
+    progress: Progress,
+    effort: float = 1.0,
 ) -> tuple[Animator, Path]:
     """Returns the animator of a method, and its model file, which is made if it does not exist.
 
@@ -48,17 +57,19 @@ def make_candidate(
         body: The body of the garment in its mean shape.
         seed: Seed of the fit.
         progress: Called with the stage, the steps done and the total number of steps.
+        effort: Fraction of the usual passes over the training set of rope chains.
 
     Raises:
         HemlineError: The method cannot be fitted to this garment; the message says why.
     """
-    path = work.folder / "candidates" / f"{method}.safetensors"
+    path = candidate_path(work, method)
     if not path.exists():
         path.parent.mkdir(exist_ok=True)
         if method in FITTED:
             data = open_dataset(work.folder / ("takes" if method == "ropes" else "drapes"))
+            config = shorter_training(effort) if method == "ropes" else None
             checkpoints = path.with_suffix(".fitting")
-            made: Any = animators.fit(data, method, seed=seed, progress=progress, checkpoints=checkpoints)
+            made: Any = animators.fit(data, method, config, seed=seed, progress=progress, checkpoints=checkpoints)
         else:
             made = animators.load(method)
         if isinstance(made, Wearable):
@@ -67,10 +78,28 @@ def make_candidate(
     return animators.load(path), path
 
 
+def candidate_path(work: WorkFolder, method: str) -> Path:
+    """Returns the model file of a method."""
+    return work.folder / "candidates" / f"{method}.safetensors"
+
+
+def shorter_training(effort: float) -> RopesConfig:
+    """Returns options of rope chains with a fraction of the usual passes over the training set."""
+    usual = RopesConfig()
+    passes = {
+        name: max(1, round(effort * getattr(usual, name))) for name in ("epochs", "correction_epochs", "bones_epochs")
+    }
+    return replace(usual, **passes)
+
+
 def remove_candidates(work: WorkFolder) -> None:
-    """Deletes the models of all methods, which were fitted to other data than the plan has."""
-    for file in (work.folder / "candidates").glob("*.safetensors"):
-        file.unlink()
+    """Deletes the models of all methods, which were made for another plan."""
+    shutil.rmtree(work.folder / "candidates", ignore_errors=True)
+
+
+def remove_unfinished(work: WorkFolder, method: str) -> None:
+    """Deletes the state of a fit that was not finished."""
+    shutil.rmtree(candidate_path(work, method).with_suffix(".fitting"), ignore_errors=True)
 
 
 def try_candidate(make: Callable[[], tuple[Animator, Path]]) -> tuple[Animator, Path] | str:

@@ -14,6 +14,8 @@ CHECK_CLIP = "dance"
 """Clip on which methods are compared; no method is fitted to it."""
 FPS = 30.0
 """Frame rate of simulated clips [frames/s]."""
+ALL_FRAMES = 10**9
+"""More frames than all clips have at all speeds."""
 LEAST_SECONDS = 1.0
 """Shortest part of a clip that is simulated [s]."""
 

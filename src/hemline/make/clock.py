@@ -3,7 +3,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from hemline.animators import Progress
+
 from .work_folder import WorkFolder
+
+
+class OutOfTime(Exception):
+    """A step was stopped because it took longer than it may."""
 
 
 @dataclass
@@ -40,6 +46,25 @@ class Clock:
             else "over the time by " + time_text(-self.remaining_s)
         )
         self.say(f"{step[0].upper()}{step[1:]}{expected} ({left}).")
+
+    def stop_late(self, progress: Progress, seconds: float) -> Progress:
+        """Returns a progress function that stops the step which calls it once this much time has passed.
+
+        Args:
+            progress: The function that is called until then.
+            seconds: Time that the step may take from now [s].
+
+        Raises:
+            OutOfTime: By the returned function, when the time is over.
+        """
+        end = self.work.spent_s + seconds
+
+        def report(stage: str, done: int, total: int) -> None:
+            progress(stage, done, total)
+            if self.work.spent_s > end:
+                raise OutOfTime(stage)
+
+        return report
 
 
 def time_text(seconds: float) -> str:

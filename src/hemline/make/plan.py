@@ -5,10 +5,16 @@ from typing import Any, Self
 
 FRAMES_PER_DRAPE = 40.0
 """Cost of one settled drape, in simulated frames of the same garment."""
-FITTED_FRAME = 0.8
-"""Time that the fit of rope chains takes for each simulated frame, in one process, over that of the simulation."""
-RESERVE = 0.25
-"""Fraction of the time that is left for the other fits, the comparison and the report."""
+ROPES_START_S, ROPES_FRAME_S, ROPES_TRAINED_FRAME_S = 20.0, 0.045, 0.075
+"""Time of a fit of rope chains: at the start, for each frame, and for the training on each frame [s], at slowness 1."""
+AGENTDRESS_DRAPE_S = 0.06
+"""Time that the fit of AgentDress takes for each drape, at slowness 1 [s]."""
+TRIAL_S, REPORT_S = 20.0, 25.0
+"""Time of playing one method on the clip that is kept back, and of writing the report, at slowness 1 [s]."""
+RESERVE = 0.15
+"""Fraction of the time that is not planned, since other programs may slow the machine down."""
+LEAST_EFFORT = 0.2
+"""Fraction of the usual passes over the training set below which rope chains are not fitted."""
 LEAST_HANGING, LEAST_CLOSE = 0.15, 0.4
 """Fraction of a garment's area that must hang for rope chains, and lie close for AgentDress."""
 FEWEST_FRAMES = 150
@@ -17,6 +23,8 @@ BODIES = 17
 """Number of bodies on which an anchor is settled."""
 FEWEST_ANCHORS, MOST_ANCHORS = 2, 150
 """Number of anchors below which AgentDress is not fitted, and that of the paper."""
+ROPES_SHARE = 0.4
+"""Share of the time for rope chains if AgentDress is fitted too."""
 SPEEDS = (1.0, 0.8, 1.25, 0.65)
 """Factors of the speed of clips, used one after another until there are enough frames."""
 
@@ -46,17 +54,19 @@ class DataPlan:
         """Number of drapes to settle, those in the T-pose included."""
         return 0 if self.anchors == 0 else BODIES * (self.anchors + 1) + self.poses + self.random
 
-    def seconds(self, frame_s: float, jobs: int) -> dict[str, float]:
-        """Returns the time that simulation and drapes will take [s].
+    def seconds(self, frame_s: float, jobs: int, slowness: float) -> dict[str, float]:
+        """Returns the time that simulation, drapes and fits will take [s].
 
         Args:
             frame_s: Time of one simulated frame in one process [s].
             jobs: Number of processes.
+            slowness: Slowness of this machine, see `measure_slowness`.
         """
+        ropes = ropes_seconds(self.frames, slowness) if self.frames else 0.0
         return {
             "simulate": frame_s * self.frames / jobs,
-            "fit": frame_s * self.frames * FITTED_FRAME,
             "drape": frame_s * FRAMES_PER_DRAPE * self.drapes / jobs,
+            "fit": ropes + agentdress_seconds(self.drapes, slowness),
         }
 
     def entries(self) -> dict[str, Any]:
@@ -69,15 +79,55 @@ class DataPlan:
         return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in entries.items()})
 
 
-def plan_data(methods: tuple[str, ...], hanging: float, frame_s: float, seconds_left: float, jobs: int) -> DataPlan:
+def ropes_seconds(frames: int, slowness: float, effort: float = 1.0) -> float:
+    """Returns the time that a fit of rope chains takes [s].
+
+    Args:
+        frames: Number of frames.
+        slowness: Slowness of this machine, see `measure_slowness`.
+        effort: Fraction of the usual passes over the training set.
+    """
+    return slowness * (ROPES_START_S + frames * (ROPES_FRAME_S + effort * ROPES_TRAINED_FRAME_S))
+
+
+def agentdress_seconds(drapes: int, slowness: float) -> float:
+    """Returns the time that a fit of AgentDress to so many drapes takes [s], at this slowness."""
+    return slowness * AGENTDRESS_DRAPE_S * drapes
+
+
+def ropes_effort(frames: int, seconds_left: float, slowness: float) -> float:
+    """Returns the fraction of the usual passes for which there is time, at most 1; 0 if it is below `LEAST_EFFORT`.
+
+    Args:
+        frames: Number of frames.
+        seconds_left: Time left for the fit [s].
+        slowness: Slowness of this machine, see `measure_slowness`.
+    """
+    for_training = (1 - RESERVE) * seconds_left - ropes_seconds(frames, slowness, 0.0)
+    effort = for_training / (slowness * max(1, frames) * ROPES_TRAINED_FRAME_S)
+    return min(1.0, effort) if effort >= LEAST_EFFORT else 0.0
+
+
+def plan_data(
+    methods: tuple[str, ...],
+    hanging: float,
+    frame_s: float,
+    seconds_left: float,
+    jobs: int,
+    *,
+    slowness: float,
+    most_frames: int,
+) -> DataPlan:
     """Returns what can be simulated and settled in the time that is left.
 
     Args:
         methods: Animators that may be compared.
         hanging: Fraction of the garment's area that hangs.
         frame_s: Measured time of one simulated frame in one process [s].
-        seconds_left: Time left for everything [s].
+        seconds_left: Time left for data and fits [s].
         jobs: Number of processes.
+        slowness: Slowness of this machine, see `measure_slowness`.
+        most_frames: Number of frames of all clips at all `SPEEDS`.
     """
     left_out: list[str] = []
     ropes, close = "ropes" in methods, "agentdress" in methods
@@ -90,20 +140,27 @@ def plan_data(methods: tuple[str, ...], hanging: float, frame_s: float, seconds_
         left_out.append(
             f"agentdress is for cloth that lies close, and {100 * (1 - hanging):.0f} % of this garment does."
         )
-    budget = max(0.0, seconds_left) * (1 - RESERVE) / frame_s
-    frame_cost, drape_cost = 1 / jobs + FITTED_FRAME, FRAMES_PER_DRAPE / jobs
-    part = {(True, True): 0.4, (True, False): 1.0}.get((ropes, close), 0.0)
-    frames = int(part * budget / frame_cost)
-    drapes = int((1 - part) * budget / drape_cost) if close else 0
+    budget = max(0.0, seconds_left) * (1 - RESERVE)
+    frame_cost = frame_s / jobs + slowness * (ROPES_FRAME_S + ROPES_TRAINED_FRAME_S)
+    drape_cost = frame_s * FRAMES_PER_DRAPE / jobs + slowness * AGENTDRESS_DRAPE_S
+
+    def frames_within(seconds: float) -> int:
+        return min(most_frames, max(0, int((seconds - slowness * ROPES_START_S) / frame_cost)))
+
+    frames = frames_within((ROPES_SHARE if close else 1.0) * budget) if ropes else 0
+    frames = frames if frames >= FEWEST_FRAMES else 0
+    for_drapes = budget - (slowness * ROPES_START_S + frames * frame_cost if frames else 0.0)
+    drapes = int(for_drapes / drape_cost) if close else 0
     anchors = min(MOST_ANCHORS, max(0, round(0.55 * drapes / BODIES) - 1))
     if close and anchors < FEWEST_ANCHORS:
         close = False
-        need = (FEWEST_ANCHORS + 1) * BODIES / 0.55 * drape_cost * frame_s
+        need = (FEWEST_ANCHORS + 1) * BODIES / 0.55 * drape_cost
         left_out.append(f"agentdress needs about {need / 60:.0f} minutes of drapes for this garment.")
-        frames = int(budget / frame_cost) if ropes else 0
+        frames = frames_within(budget) if ropes else 0
     if ropes and frames < FEWEST_FRAMES:
         ropes = False
-        left_out.append(f"ropes needs about {FEWEST_FRAMES * frame_cost * frame_s / 60:.0f} minutes of simulation.")
+        need = slowness * ROPES_START_S + FEWEST_FRAMES * frame_cost
+        left_out.append(f"ropes needs about {max(1, need / 60):.0f} minutes of simulation and training.")
     rest = max(0, drapes - BODIES * (anchors + 1))
     poses = round(0.75 * rest)
     kept = tuple(method for method in methods if (method != "ropes" or ropes) and (method != "agentdress" or close))

@@ -1,0 +1,89 @@
+"""Simulates and settles what methods are fitted to and compared on, within the time that there is."""
+
+import time
+
+from hemline import sim
+from hemline.datasets import Dataset
+from hemline.errors import SimulationFailed
+from hemline.motions import open_motion
+
+from .clips import clean_part, requests
+from .clock import OutOfTime
+from .job import Job
+from .plan import DataPlan
+from .regions import Regions
+
+PROBE_CLIP, PROBE_FRAMES = "turn", slice(30, 91)
+"""Clip, and its frames, on which it is measured where the garment hangs."""
+
+
+def probe_garment(job: Job) -> tuple[Regions, float]:
+    """Simulates two seconds; returns where the garment hangs, and the time of a frame in one process [s]."""
+    work, garment = job.work, job.garment
+    motion = clean_part(open_motion(PROBE_CLIP))[PROBE_FRAMES]
+    job.clock.begin("simulating two seconds to see what hangs", None)
+    times: list[float] = []
+
+    def report(clip: str, done: int, total: int) -> None:
+        if done:
+            times.append(time.monotonic())
+        job.progress(clip, done, total)
+
+    probe = job.produce("probe", [sim.ClipRequest(motion, "")], report)
+    frame_s = (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else work.state.get("frame_s", 1.0)
+    (row,) = probe.clips() or [None]
+    if row is None:
+        raise SimulationFailed(f"{garment.name} cannot be simulated: {probe.rows()[0].failed}")
+    rest = probe.rest(garment.body_betas).vertices[0]
+    regions = Regions.of(probe.take(row), rest, garment.faces, job.body)
+    work.note(frame_s=frame_s)
+    return regions, frame_s
+
+
+def simulate_check(job: Job, frame_s: float) -> Dataset:
+    """Simulates the clip that methods are compared on.
+
+    Args:
+        job: The run.
+        frame_s: Time of a simulated frame in one process [s].
+
+    Raises:
+        SimulationFailed: The clip cannot be simulated to its end.
+    """
+    job.clock.begin("simulating the clip that methods are compared on", frame_s * len(job.check))
+    data = job.produce("check", [sim.ClipRequest(job.check, "")], job.progress)
+    failed = [row.failed for row in data.rows() if row.failed]
+    if failed:
+        raise SimulationFailed(f"{job.garment.name} cannot be simulated: {failed[0]}")
+    return data
+
+
+def simulate_takes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) -> None:
+    """Simulates the clips of a plan, or as many as can be simulated within a time limit [s]."""
+    clips = requests(job.clips, plan.frames)
+    count = sum(len(clip.motion) for clip in clips)
+    job.clock.begin(f"simulating {count} frames of {len(clips)} clips", expected_s)
+    try:
+        job.produce("takes", clips, job.clock.stop_late(job.progress, limit_s))
+    except OutOfTime:
+        job.clock.say("Not all clips were simulated: the time that is left is needed for the fit.")
+
+
+def settle_drapes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) -> None:
+    """Settles the drapes of a plan, or as many as come to rest within a time limit [s]."""
+    job.clock.begin(f"settling {plan.drapes} drapes in {plan.anchors + plan.poses} poses", expected_s)
+    try:
+        sim.make_database(
+            job.work.folder / "drapes",
+            job.garment,
+            job.clips,
+            plan.anchors,
+            beside=plan.poses,
+            random=plan.random,
+            seed=job.settings.seed,
+            jobs=job.jobs,
+            scheduler=job.scheduler,
+            progress=job.clock.stop_late(job.progress, limit_s),
+        )
+    except OutOfTime:
+        job.clock.say("Not all drapes were settled: the time that is left is needed for the fit.")
