@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+from hemline import sim
 from hemline.errors import BadInput
 from hemline.make.clips import FPS, at_speed, clean_part, open_clips, requests
 from hemline.make.plan import (
@@ -28,8 +29,9 @@ MANY = 10**6
 """More frames than any of these plans has time for."""
 
 
-def make_plan(methods, hanging, frame_s, left, jobs, *, slowness=1.0, most_frames=MANY):
-    return plan_data(methods, hanging, frame_s, left, jobs, slowness=slowness, most_frames=most_frames)
+def make_plan(methods, hanging, frame_s, left, jobs, *, slowness=1.0, most_frames=MANY, most_poses=MANY):
+    bounds = {"most_frames": most_frames, "most_poses": most_poses}
+    return plan_data(methods, hanging, frame_s, left, jobs, slowness=slowness, **bounds)
 
 
 @pytest.mark.parametrize("slowness", [0.5, 1.0, 6.0])
@@ -71,6 +73,19 @@ def test_no_more_frames_are_planned_than_the_clips_have():
     free = make_plan(METHODS, 0.5, 0.02, 36000, 2)
     assert plan.frames == 3630 < free.frames
     assert plan.drapes > free.drapes  # the time that is left over
+
+
+@pytest.mark.parametrize("minutes", [60, 600, 6000])
+@pytest.mark.parametrize("hanging", [0.05, 0.5])
+def test_no_more_drapes_are_planned_than_the_clips_have_poses(minutes, hanging):
+    clips = open_clips([])
+    poses = len(np.unique(sim.sample_poses(clips), axis=0))
+    plan = make_plan(METHODS, hanging, 0.05, 60 * minutes, 2, most_poses=poses)
+    assert 0 < plan.anchors <= 150
+    assert max(plan.poses, plan.random) <= poses
+    if minutes > 60:
+        assert plan.poses == poses
+        assert plan.random == poses
 
 
 @pytest.mark.parametrize("minutes", [10, 60, 600])

@@ -4,7 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hemline import bodies
+import numpy as np
+
+from hemline import bodies, sim
 from hemline.animators import Progress
 from hemline.animators.model_file import copy_with_entry
 from hemline.errors import SimulationFailed
@@ -173,7 +175,8 @@ def _plan(
     if work.state.get("plan"):
         return DataPlan.of_entries(work.state["plan"])
     seconds_left = job.clock.remaining_s - found.later_s(methods)
-    clips = sum(len(each.motion) for each in requests(job.clips, ALL_FRAMES))
+    most_frames = sum(len(each.motion) for each in requests(job.clips, ALL_FRAMES))
+    most_poses = len(np.unique(sim.sample_poses(job.clips), axis=0))
     plan = plan_data(
         methods,
         regions.hanging_fraction,
@@ -181,13 +184,16 @@ def _plan(
         seconds_left,
         job.jobs,
         slowness=measure_slowness(),
-        most_frames=clips,
+        most_frames=most_frames,
+        most_poses=most_poses,
     )
     plan = replace(plan, left_out=left_out + plan.left_out)
     work.note(plan=plan.entries())
     job.clock.say(f"{100 * regions.hanging_fraction:.0f} % of the cloth hangs; comparing {', '.join(plan.methods)}.")
     for reason in plan.left_out:
         job.clock.say(f"Not compared: {reason}")
+    if plan.frames == most_frames or plan.poses == most_poses:
+        job.clock.say("All that the clips have is used, so the run may end early; more clips (-m) make a better model.")
     return plan
 
 

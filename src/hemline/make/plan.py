@@ -117,6 +117,7 @@ def plan_data(
     *,
     slowness: float,
     most_frames: int,
+    most_poses: int,
 ) -> DataPlan:
     """Returns what can be simulated and settled in the time that is left.
 
@@ -128,6 +129,7 @@ def plan_data(
         jobs: Number of processes.
         slowness: Slowness of this machine, see `measure_slowness`.
         most_frames: Number of frames of all clips at all `SPEEDS`.
+        most_poses: Number of different poses in the clips; no more anchors, further poses or random bodies are planned.
     """
     left_out: list[str] = []
     ropes, close = "ropes" in methods, "agentdress" in methods
@@ -151,7 +153,8 @@ def plan_data(
     frames = frames if frames >= FEWEST_FRAMES else 0
     for_drapes = budget - (slowness * ROPES_START_S + frames * frame_cost if frames else 0.0)
     drapes = int(for_drapes / drape_cost) if close else 0
-    anchors = min(MOST_ANCHORS, max(0, round(0.55 * drapes / BODIES) - 1))
+    spread = max(round(0.55 * drapes / BODIES), (drapes - 2 * most_poses) // BODIES) - 1
+    anchors = min(MOST_ANCHORS, most_poses, max(0, spread))
     if close and anchors < FEWEST_ANCHORS:
         close = False
         need = (FEWEST_ANCHORS + 1) * BODIES / 0.55 * drape_cost
@@ -162,13 +165,13 @@ def plan_data(
         need = slowness * ROPES_START_S + FEWEST_FRAMES * frame_cost
         left_out.append(f"ropes needs about {max(1, need / 60):.0f} minutes of simulation and training.")
     rest = max(0, drapes - BODIES * (anchors + 1))
-    poses = round(0.75 * rest)
+    poses = min(most_poses, round(0.75 * rest))
     kept = tuple(method for method in methods if (method != "ropes" or ropes) and (method != "agentdress" or close))
     return DataPlan(
         kept,
         frames if ropes else 0,
         anchors if close else 0,
         poses if close else 0,
-        rest - poses if close else 0,
+        min(most_poses, rest - poses) if close else 0,
         tuple(left_out),
     )

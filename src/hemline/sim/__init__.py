@@ -23,6 +23,7 @@ from .takes.anchors import produce_anchors as produce_anchors
 from .takes.anchors import produce_posed as produce_posed
 from .takes.database import Database as Database
 from .takes.database import make_database as make_database
+from .takes.database import sample_poses as sample_poses
 from .takes.produce import ClipRequest as ClipRequest
 from .takes.produce import produce as produce
 from .takes.rest_states import axis_shapes as axis_shapes
