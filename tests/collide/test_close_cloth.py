@@ -174,6 +174,17 @@ def test_sleeves_between_arms_and_chest_are_not_torn():
     assert max(longest(player.garment, frame.vertices) for frame in frames) < 2.5
 
 
+def test_on_a_large_body_nothing_is_torn_that_the_animator_left_whole():
+    """A body far from that of the fit: the skin that is a vertex's own is found on the body of the fit."""
+    model, large = hemline.load("longsleeve-light"), hemline.bodies.load("anny24").shaped((2.0, -1.0))
+    walk = large.untangle_motion(hemline.motions.load("walk").resample(30.0))
+    player = hemline.Player.prepare(model, large)
+    _, frame = player.step(player.start(walk[0], pre_roll=0.2), walk[0], 1 / 30)
+    assert longest(player.garment, frame.animated) < 0.7
+    assert longest(player.garment, frame.before_projection) < 0.7
+    assert longest(player.garment, frame.vertices) < 1.3
+
+
 def test_a_garment_on_a_body_that_stands_still_does_not_move():
     player, _ = played("walk", 0, 8)
     motion = body().untangle_motion(hemline.motions.load("walk").resample(30.0))

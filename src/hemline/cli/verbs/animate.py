@@ -56,8 +56,8 @@ class AnimateOptions:
     """Start time in the clip [s]."""
     seconds: float | None = None
     """Length of the clip to play [s]. Defaults to the rest of the clip."""
-    untangle: bool = False
-    """Move limbs that overlap in the clip out of each other first."""
+    untangle: bool = True
+    """Move limbs that overlap in the clip out of each other first, since no cloth fits between them."""
     detail: float = 1.0
     """Fraction of the garment's vertices to play, above 0 and at most 1."""
     explain: bool = False
@@ -80,6 +80,8 @@ def run(options: AnimateOptions) -> int:
     from hemline import motions
     from hemline.animators import load
     from hemline.animators.redressed import AnimatorRedressed
+    from hemline.arrays import Quaternions
+    from hemline.cli.limbs import note_untangled
     from hemline.cli.model import open_model, report_relatives, warn_new_poses
     from hemline.playback import Frame, level_of, play, record
 
@@ -103,13 +105,15 @@ def run(options: AnimateOptions) -> int:
     if options.explain:
         for line in motion.notes:
             note(f"{options.motion}: {line}")
-    total = len(motion.resample(options.fps))
+    played = motion.resample(options.fps)
     novelties: list[float | None] = []
+    rotations: list[Quaternions] = []
     with bars() as display:
-        task = display.add_task("animate", total=total)
+        task = display.add_task("animate", total=len(played))
 
         def keep(frame: Frame) -> None:
             novelties.append(frame.novelty)
+            rotations.append(frame.body.pose.rotations)
             display.advance(task)
 
         clip = record(
@@ -129,6 +133,7 @@ def run(options: AnimateOptions) -> int:
             keep=keep,
         )
     warn_new_poses(animator, novelties)
+    note_untangled(played, rotations)
     output.write(clip, as_json=options.json, own=own)
     return 0
 

@@ -53,8 +53,8 @@ class EvaluateOptions:
     """Length of the clip to measure [s]. Defaults to the rest of the clip."""
     threads: int | None = None
     """Number of threads of compiled code. Defaults to the number of cores."""
-    untangle: bool = False
-    """Move limbs that overlap in the clip out of each other first."""
+    untangle: bool = True
+    """Move limbs that overlap in the clip out of each other first, since no cloth fits between them."""
     whole: bool = True
     """Keep the cloth in one piece.
     With --no-whole, the output of the animator is pushed out of the body vertex by vertex."""
@@ -71,12 +71,14 @@ def run(options: EvaluateOptions) -> int:
     """Measures and prints; returns status 1 if a vertex was inside the body after the projection."""
     from hemline import datasets, motions
     from hemline.animators import model_path
+    from hemline.arrays import Quaternions
+    from hemline.cli.limbs import note_untangled
     from hemline.cli.model import open_model, warn_new_poses
     from hemline.compiled import use_threads
     from hemline.errors import BadInput
     from hemline.files import check_writable
     from hemline.metrics import model_mb
-    from hemline.playback import evaluate
+    from hemline.playback import Frame, evaluate
     from hemline.playback.worst import draw_worst
 
     if options.picture is not None:
@@ -97,6 +99,12 @@ def run(options: EvaluateOptions) -> int:
         clamp=options.clamp_betas,
     )
     novelties: list[float | None] = []
+    rotations: list[Quaternions] = []
+
+    def keep(frame: Frame) -> None:
+        novelties.append(frame.novelty)
+        rotations.append(frame.body.pose.rotations)
+
     evaluation = evaluate(
         animator,
         body,
@@ -110,9 +118,11 @@ def run(options: EvaluateOptions) -> int:
         thickness_mm=options.thickness_mm,
         start=0.0 if truth is None else options.start,
         seconds=None if truth is None else options.seconds,
-        keep=lambda frame: novelties.append(frame.novelty),
+        keep=keep,
     )
     warn_new_poses(animator, novelties)
+    if truth is None:
+        note_untangled(part.resample(options.fps), rotations)
     layers = options.over if options.garment is None else ()  # with --garment, the layers are garments, not models
     size = sum(model_mb(model_path(name)) for name in (options.model, *layers))
     figures: dict[str, Any] = {"model": options.model, "model_mb": size} | evaluation.figures

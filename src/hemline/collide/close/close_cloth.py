@@ -39,7 +39,7 @@ CONTROLS = (120, 700)
 """Number of control vertices on the two coarse levels."""
 FEWEST_VERTICES = 3
 """A level is left out if the garment has fewer vertices than this for each control vertex."""
-GAP, NEAR, REACH = 0.003, 0.01, 0.12
+GAP, NEAR, REACH = 0.0015, 0.01, 0.12
 """Least height over the skin, height up to which a vertex is kept from the skin, and radius of the search [m]."""
 SINK = 0.006
 """Depth below its least height to which a vertex may sink while control vertices are moved [m]."""
@@ -66,24 +66,29 @@ class CloseCloth:
         """Finds edges, control vertices and covered skin of a garment; takes less than a second.
 
         Args:
-            shaped: The body on which the garment was made, whose skin it covers; None if skin may show through it.
+            shaped: The body on which the garment was made, with the faces of the body of `on_body`; the garment covers
+                its skin. None if there is none: then skin may show through it.
             garment: The garment.
             on_body: Body and garment, cut into patches and blocks.
         """
+        from scipy.spatial import KDTree
+
         order, patches = on_body.order, on_body.patches
         number = np.empty(len(order), np.int64)
         number[order] = np.arange(len(order))
         pinned = np.sort(number[garment.pins.vertices[np.isinf(garment.pins.stiffness)]])
         faces, vertices = number[garment.faces], garment.vertices[order]
         levels = [_level(vertices, faces, garment.rest_edges, pinned, controls) for controls in CONTROLS]
+        homes = on_body.nearest
         covered = CoveredSkin(*(np.empty(shape, np.int32) for shape in (0, 0, (0, 3), (0, 3))))
         if shaped is not None:
+            homes = patches.number[KDTree(shaped.vertices).query(garment.vertices)[1]][order].astype(np.int32)
             cover = Cover.prepare(shaped, garment.vertices, garment.faces)
             points, corners = patches.number[cover.points], number[cover.corners]
             covered = CoveredSkin(points.astype(np.int32), cover.over, corners.astype(np.int32), cover.beyond)
         return cls(
             on_body=on_body,
-            model=CloseModel(on_body.nearest, fine_model(faces, garment.rest_edges, pinned), *levels, covered),
+            model=CloseModel(homes, fine_model(faces, garment.rest_edges, pinned), *levels, covered),
             distances=SkinDistances(*map(np.float32, (GAP, NEAR, REACH))),
             limits=CloseLimits(
                 *map(np.float32, (STRETCH, REST_STRETCH, SINK, COVER_GAP, COVER_DEPTH)),

@@ -17,6 +17,8 @@ from hemline.compiled import kernel
 _index = np.uintp
 SEARCH_STEPS = 12
 """Faces that a walk passes from the nearest vertex to the nearest face, at most."""
+OWN_DEPTH = np.float32(0.02)
+"""A vertex in front of the nearest skin is not taken to be deeper than this in its own limb [m]."""
 OWN_STEPS = 2
 """Faces that a walk passes from the nearest vertex that faces the right way, at most."""
 FOLLOW_STEPS = 4
@@ -154,7 +156,7 @@ def prefer_own(skin, i, home, own, point, distances, buffers, found):
     px, py, pz = point_on_face(skin, face, at_b, at_c)
     nx, ny, nz = interpolate_normal(skin, face, at_b, at_c)
     height, planes = (x - px) * nx + (y - py) * ny + (z - pz) * nz, found.planes
-    if found.heights[i] >= 0 and height >= distances.gap:
+    if found.heights[i] >= 0 and (height >= distances.gap or height < -OWN_DEPTH):
         return False
     lack = max(distances.gap - height, np.float32(0))
     facing = planes[i, 0] * nx + planes[i, 1] * ny + planes[i, 2] * nz
