@@ -60,6 +60,7 @@ __all__ = [
     "produce_rests",
     "random_shapes",
     "rest_drape",
+    "sample_poses",
     "settle",
     "settle_all",
     "simulate",
