@@ -216,8 +216,13 @@ def _check_t_poses(dataset: Dataset, garment: Garment, t_poses: Sequence[PosedTa
 
 
 def sample_poses(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:
-    """Returns every fourth frame of clips in single precision, with arms lifted and without heading, for settling
-    garments.
+    """Returns every fourth frame of clips in single precision, with arms lifted and without heading, to settle garments.
+
+    Args:
+        clips: The clips.
+
+    Returns:
+        Local rotations of the joints as unit quaternions, wxyz (poses, joints, 4).
     """
     poses = []
     for clip in clips:
