@@ -216,7 +216,7 @@ def _check_t_poses(dataset: Dataset, garment: Garment, t_poses: Sequence[PosedTa
 
 
 def sample_poses(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:
-    """Returns every fourth frame of clips in single precision, with arms lifted and without heading, to settle garments.
+    """Returns every fourth frame of clips in single precision, with arms lifted and without heading, for settling.
 
     Args:
         clips: The clips.
