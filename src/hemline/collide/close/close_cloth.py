@@ -71,24 +71,20 @@ class CloseCloth:
             garment: The garment.
             on_body: Body and garment, cut into patches and blocks.
         """
-        from scipy.spatial import KDTree
-
         order, patches = on_body.order, on_body.patches
         number = np.empty(len(order), np.int64)
         number[order] = np.arange(len(order))
         pinned = np.sort(number[garment.pins.vertices[np.isinf(garment.pins.stiffness)]])
         faces, vertices = number[garment.faces], garment.vertices[order]
         levels = [_level(vertices, faces, garment.rest_edges, pinned, controls) for controls in CONTROLS]
-        homes = on_body.nearest
         covered = CoveredSkin(*(np.empty(shape, np.int32) for shape in (0, 0, (0, 3), (0, 3))))
         if shaped is not None:
-            homes = patches.number[KDTree(shaped.vertices).query(garment.vertices)[1]][order].astype(np.int32)
             cover = Cover.prepare(shaped, garment.vertices, garment.faces)
             points, corners = patches.number[cover.points], number[cover.corners]
             covered = CoveredSkin(points.astype(np.int32), cover.over, corners.astype(np.int32), cover.beyond)
         return cls(
             on_body=on_body,
-            model=CloseModel(homes, fine_model(faces, garment.rest_edges, pinned), *levels, covered),
+            model=CloseModel(on_body.nearest, fine_model(faces, garment.rest_edges, pinned), *levels, covered),
             distances=SkinDistances(*map(np.float32, (GAP, NEAR, REACH))),
             limits=CloseLimits(
                 *map(np.float32, (STRETCH, REST_STRETCH, SINK, COVER_GAP, COVER_DEPTH)),

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from hemline.arrays import Int, Vertices
+from hemline.arrays import BodyVertices, Int, Vertices
 from hemline.errors import BadGarment
 
 from .box_kernels import BLOCK
@@ -31,13 +31,21 @@ class GarmentOnBody:
     """The bone that most of the garment is next to; kernels work in its frame."""
 
     @classmethod
-    def of(cls, shaped: "ShapedBody", rest: Vertices, *, patches: Patches | None = None) -> Self:
+    def of(
+        cls,
+        shaped: "ShapedBody",
+        rest: Vertices,
+        *,
+        patches: Patches | None = None,
+        made_on: BodyVertices | None = None,
+    ) -> Self:
         """Cuts the body into patches and the garment into blocks.
 
         Args:
             shaped: The body.
             rest: The garment at rest, in the world of the body's rest pose [m].
             patches: The body, already cut; None: it is cut here.
+            made_on: Vertices of the body on which the garment rests, if that has another shape [m].
 
         Raises:
             BadBody: The body's mesh is not closed.
@@ -49,8 +57,8 @@ class GarmentOnBody:
         if not len(rest) or not np.isfinite(rest).all():
             raise BadGarment("the projection needs a garment", f"{len(rest)} vertices, not all finite", "give a mesh")
         patches = patches or make_patches(shaped)
-        order = vertex_blocks(rest, BLOCK)
-        nearest = np.asarray(KDTree(shaped.vertices[patches.order]).query(rest[order])[1])
+        order, body = vertex_blocks(rest, BLOCK), shaped.vertices if made_on is None else made_on
+        nearest = np.asarray(KDTree(body[patches.order]).query(rest[order])[1])
         joints = dominant_joints(shaped.body.weight_indices, shaped.body.weights)[patches.order[nearest]]
         return cls(
             patches=patches,

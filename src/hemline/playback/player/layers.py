@@ -117,7 +117,8 @@ def close_pieces(
         if settled[low:high].all():
             near = on_body
             if len(pieces) > 1:
-                near = GarmentOnBody.of(level.body, piece.vertices, patches=on_body.patches)
+                known = None if made_on is None else made_on.vertices
+                near = GarmentOnBody.of(level.body, piece.vertices, patches=on_body.patches, made_on=known)
             prepared.append(ClosePiece(low, high, CloseCloth.prepare(made_on, piece, near)))
         low = high
     return tuple(prepared)

@@ -147,7 +147,9 @@ class Player:
         check_thickness(thickness_mm)
         level = level_on_body(animator, body, detail)
         garment, collider = level.garment, level.body
-        on_body = GarmentOnBody.of(collider, garment.vertices)
+        made_on = body.body.shaped(garment.body_betas)
+        known = made_on.vertices if collider is body else None
+        on_body = GarmentOnBody.of(collider, garment.vertices, made_on=known)
         settled = settled_vertices(level.animator)
         projector = projector_of(
             level,
@@ -165,7 +167,7 @@ class Player:
         close = close_pieces(garment, on_body, settled, level, body) if whole else ()
         cover = None
         if whole and collider is body:
-            cover = covers_of(garment, body.body.shaped(garment.body_betas), settled)
+            cover = covers_of(garment, made_on, settled)
         return cls(
             animator=level.animator,
             body=body,
