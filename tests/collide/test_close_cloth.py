@@ -11,6 +11,7 @@ from hemline import metrics
 from hemline.animators import together
 from hemline.collide import CloseCloth, GarmentOnBody, inside
 from hemline.collide.close.close_cloth import GAP, NEAR, REST_STRETCH, STRETCH
+from hemline.collide.projection import project_frame
 from hemline.meshes import ClosestTree, edge_strains, rest_lengths, vertex_normals
 from tests.collide.whole_samples import RADIUS, at, ball, sheet
 
@@ -204,6 +205,21 @@ def test_the_projection_has_the_last_word():
         found = inside(frame.body.vertices, frame.body.faces, frame.vertices)
         found[frame.report.pinched] = False
         assert not found.any()
+
+
+def test_the_projection_leads_no_vertex_far_from_the_skin_that_it_is_kept_over(monkeypatch):
+    """In the turn an arm goes deep into the chest: led out one by one, vertices would be torn from their neighbours."""
+    shares = {}
+    for way in (project_frame.LONGEST_WAY, 1.0):
+        monkeypatch.setattr(project_frame, "LONGEST_WAY", way)
+        player, frames = played.__wrapped__("turn", 70, 80)
+        shares[way] = np.mean([long_share(player, frame.vertices, 1.0) for frame in frames])
+        for frame in frames:
+            found = inside(frame.body.vertices, frame.body.faces, frame.vertices)
+            found[frame.report.pinched] = False
+            assert not found.any()
+    near, far = sorted(shares)
+    assert shares[near] < 0.95 * shares[far]
 
 
 def test_of_garments_worn_together_those_that_settle_are_held_so():

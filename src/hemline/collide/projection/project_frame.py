@@ -21,6 +21,9 @@ from .ray_kernels import certify, windings
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
+LONGEST_WAY = 0.015
+"""A vertex that a step before has kept over its own skin is not led out farther than this, but counts as pinched: its
+neighbours were kept over the same skin [m]."""
 ROUNDING_UNITS = 16
 """Rounding of a point that goes into the bone's frame and back, in units of its last place there."""
 
@@ -77,6 +80,7 @@ class ProjectedFrame:
             hidden=state.hidden.copy(),
             offsets=state.offsets.copy(),
         )
+        self.held = np.zeros(len(self.points), np.bool_)
         if contact is not None:
             self.start_from(contact)
         self.in_contact, self.places = places is not None, np.full(len(self.points), -1, np.int64)
@@ -91,6 +95,7 @@ class ProjectedFrame:
         order, state = self.projector.on_body.order, self.state
         faces = contact.faces[order]
         known = faces >= 0
+        self.held = known
         state.anchors[known] = faces[known]
         state.heights[known] = contact.heights[order][known]
         state.offsets[known] = 0
@@ -249,6 +254,8 @@ class ProjectedFrame:
         if not own_limb:
             signed[blocked] = self.state.heights[vertices]
         winding, touching = self.windings(escapes.trials, vertices)
+        ways = np.linalg.norm(escapes.trials - self.points[vertices], axis=1)
+        touching |= self.held[vertices] & (ways > LONGEST_WAY)
         still = np.empty(len(blocked), np.int32)
         still = still[: take_escapes(blocked, winding, touching, escapes, positions, still)]
         return still, escapes.trials[still]
