@@ -24,14 +24,15 @@ class Frame:
     animated: Vertices
     """Garment vertices from the animator [m]."""
     before_projection: Vertices
-    """Garment vertices after whole-cloth step and cover, before the projection [m]; those of the animator where both
-    are off."""
+    """Garment vertices after the steps that keep cloth in one piece and over the skin, before the projection [m]; those
+    of the animator where these steps are off."""
     body: PosedBody
     """The body of this frame."""
     report: ProjectionReport
     """Report of the projection."""
     milliseconds: Mapping[str, float]
-    """Time of each stage [ms]: `body`, `animator`, `whole`, `cover`, `projection`; `layers` for several garments."""
+    """Time of each stage [ms]: `body`, `animator`, `whole` (for settled garments the loop of `CloseCloth`), `cover`,
+    `projection`; `layers` for several garments."""
     novelty: float | None = None
     """Distance of the pose from all poses of the fit, see `Bounded`; None where the animator does not know it."""
     terms: tuple[str, ...] = ()

@@ -124,6 +124,28 @@ def close_pieces(
     return tuple(prepared)
 
 
+def hold_close(
+    pieces: tuple[ClosePiece, ...], vertices: Vertices, rest: Vertices, posed: PosedBody, surface: PosedSurface
+) -> tuple[Vertices, NearestSkin]:
+    """Holds the settled pieces of a garment within their limits.
+
+    Args:
+        pieces: Result of `close_pieces`.
+        vertices: All vertices of the garment [m].
+        rest: The garment at rest on its body [m].
+        posed: The collider in this frame.
+        surface: Surface of the collider in this frame.
+
+    Returns:
+        The garment [m], and where the skin is next to the settled pieces.
+    """
+    held, contact = vertices.copy(), NearestSkin.unknown(len(vertices))
+    for low, high, cloth in pieces:
+        held[low:high], near = cloth.step(posed, vertices[low:high], rest[low:high], surface=surface)
+        contact.faces[low:high], contact.heights[low:high] = near.faces, near.heights
+    return held, contact
+
+
 @runtime_checkable
 class FrameProjector(Protocol):
     """Projection of one garment, or of several worn together, out of the body."""

@@ -23,8 +23,6 @@ from hemline.collide import (
     GarmentOnBody,
     Guarantee,
     LayersReport,
-    NearestSkin,
-    PosedSurface,
     WholeCloth,
     WholeSettings,
 )
@@ -42,6 +40,7 @@ from .layers import (
     check_thickness,
     close_pieces,
     covers_of,
+    hold_close,
     projector_of,
     rest_function,
     settled_vertices,
@@ -344,18 +343,6 @@ class Player:
     def _rest_vertices(self) -> Callable[[Any], Vertices]:
         return rest_function(self.animator)
 
-    def _hold_close(
-        self, vertices: Vertices, rest: Vertices, solid: PosedBody, surface: PosedSurface
-    ) -> tuple[Vertices, NearestSkin]:
-        """Holds the settled pieces within their limits; returns the garment [m], and where the skin is next to it."""
-        if len(self.close) == 1 and self.close[0].high - self.close[0].low == len(vertices):
-            return self.close[0].cloth.step(solid, vertices, rest, surface=surface)
-        held, contact = vertices.copy(), NearestSkin.unknown(len(vertices))
-        for low, high, cloth in self.close:
-            held[low:high], near = cloth.step(solid, vertices[low:high], rest[low:high], surface=surface)
-            contact.faces[low:high], contact.heights[low:high] = near.faces, near.heights
-        return held, contact
-
     def _on_collider(self, posed: PosedBody) -> PosedBody:
         """Returns the collider in the same pose."""
         return posed if self.collider is self.body else replace(posed, shaped=self.collider)
@@ -405,7 +392,7 @@ class Player:
             )
         contact = None
         if self.close:
-            constrained, contact = self._hold_close(constrained, self._rest_vertices(moved), solid, surface)
+            constrained, contact = hold_close(self.close, constrained, self._rest_vertices(moved), solid, surface)
         clock.append(time.perf_counter())
         covered = constrained
         for cover in self.cover or ():
