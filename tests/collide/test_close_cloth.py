@@ -1,5 +1,6 @@
 """Close cloth: what is too long becomes shorter, what is in the skin comes out, what stands still stays still."""
 
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -205,6 +206,24 @@ def test_the_projection_has_the_last_word():
         found = inside(frame.body.vertices, frame.body.faces, frame.vertices)
         found[frame.report.pinched] = False
         assert not found.any()
+
+
+def test_the_projection_forgets_where_it_held_vertices_whose_skin_was_found():
+    """A state that remembers other skin and wrong displacements makes no difference where the skin is handed over."""
+    player, frames = played("dance", 30, 36)
+    frame, piece, projector = frames[-1], player.close[0], player.projector
+    held, skin = piece.cloth.step(frame.body, frame.animated, player.garment.vertices)
+    fresh = projector.start()
+    fresh = replace(fresh, frame=5, heights=np.full_like(fresh.heights, 0.001))
+    wrong = replace(fresh, anchors=np.roll(fresh.anchors, 700), offsets=fresh.offsets + np.float32(0.004))
+    known = skin.faces >= 0
+
+    def projected(state, contact):
+        return projector.project(state, frame.body, held, dt=1 / 30, contact=contact)[1][known]
+
+    assert known.mean() > 0.9
+    np.testing.assert_allclose(projected(wrong, skin), projected(fresh, skin), atol=1e-6)
+    assert np.abs(projected(wrong, None) - projected(fresh, None)).max() > 0.002
 
 
 def test_the_projection_leads_no_vertex_far_from_the_skin_that_it_is_kept_over(monkeypatch):

@@ -5,8 +5,8 @@ put it into the skin. Steps that cure one of these after the other undo each oth
 dynamics on two coarse levels and on all edges, with the skin as half-spaces.
 
 Source of the method: Mueller et al., "Position Based Dynamics", 2007; coarse levels as in Mueller, "Hierarchical
-Position Based Dynamics", 2008. Edges are only kept from being too long, which is the "long range" view of cloth that
-hardly stretches; they may become shorter, as in folds.
+Position Based Dynamics", 2008. Unlike there, edges are only kept from being too long: they may become shorter, as in
+folds.
 """
 
 from dataclasses import dataclass
