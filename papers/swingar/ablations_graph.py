@@ -133,6 +133,7 @@ def evaluate(samples: TakeSamples, config: EstimatorConfig, arrays: dict[str, np
     import torch
 
     from hemline.animators.swingar.fit.estimator import Estimator
+    from hemline.animators.swingar.fit.frame_tensors import FrameTensors
     from hemline.animators.swingar.fit.objectives import SUPERVISED, CoarseObjective, Groups, validation_frames
 
     estimator, sdf = Estimator(config), load_neural_sdf()
@@ -142,7 +143,7 @@ def evaluate(samples: TakeSamples, config: EstimatorConfig, arrays: dict[str, np
     for chosen in validation_frames(samples, groups):
         batch, garment = samples.frames(chosen), samples.garments[int(samples.garment_of[chosen[0]])]
         with torch.no_grad():
-            found = stage.predict(chosen, batch).numpy()
+            found = stage.predict(chosen, FrameTensors.of(batch, torch.device("cpu"))).numpy()
         apart = 1e3 * np.linalg.norm(found - batch.truth, axis=2)
         turned = [normal_errors_deg(*each, garment.faces) for each in zip(found, batch.truth, strict=True)]
         neighbours, shares = Neighbours.of(garment.features[:, 3:6], garment.faces), []

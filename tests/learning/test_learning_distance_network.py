@@ -1,14 +1,11 @@
-"""A neural distance while it is trained: its losses, the derivative for other losses, and what diverged."""
+"""A neural distance while it is trained: its losses, and what diverged."""
 
-from dataclasses import dataclass
-
-import numpy as np
 import pytest
 
 from hemline.errors import BadModel
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
-from hemline.learning.fit.distance_network import DistanceNetwork, distance_loss, distances_at  # noqa: E402  # after the skip
+from hemline.learning.fit.distance_network import DistanceNetwork, distance_loss  # noqa: E402  # after the skip
 
 
 def directions(count: int) -> torch.Tensor:
@@ -50,23 +47,6 @@ def test_the_gradient_by_the_weights_is_that_of_differences():
             below = loss()
             weight[0, 1] += 1e-6
         assert (above - below).item() / 2e-6 == pytest.approx(weight.grad[0, 1].item(), rel=1e-3, abs=1e-6)
-
-
-@dataclass(frozen=True)
-class Plane:
-    """The distance to the ground."""
-
-    def signed_distances(self, points):
-        return points[:, 1]
-
-    def with_gradients(self, points):
-        return points[:, 1], np.broadcast_to(np.array([0.0, 1.0, 0.0]), points.shape)
-
-
-def test_distances_at_points_can_be_differentiated():
-    points = torch.tensor([[0.0, -0.2, 0.0], [1.0, 0.3, 0.0]], requires_grad=True)
-    (distances_at(points, Plane()).clamp(max=0) ** 2).sum().backward()
-    np.testing.assert_allclose(points.grad.numpy(), [[0, -0.4, 0], [0, 0, 0]], atol=1e-7)
 
 
 def test_a_training_that_diverged_is_refused():

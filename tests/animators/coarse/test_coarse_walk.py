@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 
 from hemline import bodies
 from hemline.animators import lag
@@ -14,11 +15,13 @@ from hemline.animators.coarse.fit.walk import TakeWalk, walk_takes
 from hemline.animators.coarse.model import CoarseAnimator
 from hemline.animators.coarse.relatives import Relatives
 from hemline.animators.coarse.weights import Weights
-from hemline.animators.swingar.fit.graph_samples import TakeSamples, forget_beginning
-from hemline.animators.swingar.fit.mirror import mirror_frames, mirror_garment
+from hemline.animators.swingar.fit.frame_tensors import HALF_PRECISION, FrameReader, FrameTensors, row_numbers
+from hemline.animators.swingar.fit.graph_samples import TakeSamples
+from hemline.animators.swingar.fit.mirror import mirror_garment
 from hemline.datasets import open_collection
 from hemline.errors import BadDataset
 from hemline.garments.proxy.proxy import ProxySize
+from hemline.learning.mirror import mirror_transforms
 from hemline.motions.quaternions import rotate
 from tests.animators import swaying_takes as made
 
@@ -135,10 +138,12 @@ def test_a_mirror_twice_is_what_was_and_once_skins_to_the_mirror_image(frames):
     worn = frames[0]
     samples = TakeSamples.of([worn], [np.ones(len(worn), bool)], 16)
     batch, garment = samples.frames(np.arange(len(worn))), samples.garments[0]
-    image, other = mirror_frames(batch), mirror_garment(garment)
+    plain_frames = FrameTensors.of(batch, torch.device("cpu"))
+    image, other = plain_frames.mirror(), mirror_garment(garment)
     for name in ("motion", "transforms", "joints", "body", "heading", "truth", "features", "turns"):
         assert not np.array_equal(getattr(image, name), getattr(batch, name)), name
-        np.testing.assert_array_equal(getattr(mirror_frames(image), name), getattr(batch, name), err_msg=name)
+        np.testing.assert_array_equal(getattr(image.mirror(), name), getattr(batch, name), err_msg=name)
+    np.testing.assert_array_equal(image.transforms, mirror_transforms(batch.transforms))
     twice = mirror_garment(other)
     np.testing.assert_array_equal(twice.features, garment.features)
     np.testing.assert_array_equal(twice.skin_logits, garment.skin_logits)
@@ -149,18 +154,30 @@ def test_a_mirror_twice_is_what_was_and_once_skins_to_the_mirror_image(frames):
         return np.einsum("fvab,vb->fva", blended[..., :3], points) + blended[..., 3]
 
     plain = skinned(garment.skin_logits, garment.features[:, 3:6], batch.transforms)
-    mirrored = skinned(other.skin_logits, other.features[:, 3:6], image.transforms)
+    mirrored = skinned(other.skin_logits, other.features[:, 3:6], image.transforms.numpy())
     np.testing.assert_allclose(mirrored, plain * [-1, 1, 1], atol=1e-5)
 
 
 def test_the_beginning_can_be_forgotten_and_nothing_else(frames):
     worn = frames[0]
     samples = TakeSamples.of([worn], [np.ones(len(worn), bool)], 16)
-    features = samples.frames(np.arange(len(worn))).features
-    before = features.copy()
-    forget_beginning(features)
-    changed = (features != before).any(axis=(0, 1))
-    assert changed.sum() == 4 and not features[..., changed].any()
+    plain = FrameTensors.of(samples.frames(np.arange(len(worn))), torch.device("cpu"))
+    forgotten = plain.forget_beginning()
+    changed = (forgotten.features != plain.features).any(0).any(0)
+    assert changed.sum() == 4 and not forgotten.features[..., changed].any()
+
+
+def test_frames_are_read_by_their_numbers(frames):
+    worn = frames[0]
+    samples = TakeSamples.of([worn, worn], [np.ones(len(worn), bool)] * 2, 16)
+    assert row_numbers(samples).tolist() == [*range(len(worn))] * 2
+    chosen = len(worn) + np.array([2, 0])
+    read = FrameReader(samples, torch.device("cpu")).read(chosen)
+    np.testing.assert_array_equal(read.truth, worn.truth[[2, 0]])
+    whole = FrameTensors.of(samples.frames(np.arange(len(worn))), torch.device("cpu"), halves=HALF_PRECISION)
+    picked = whole.select(torch.tensor([2, 0]))
+    np.testing.assert_array_equal(picked.truth, read.truth)
+    np.testing.assert_allclose(picked.features, read.features, atol=2e-3)
 
 
 def test_scales_are_mean_and_spread_of_what_is_learned_from(frames):

@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+from torch import Tensor
 
+from hemline.animators.swingar.fit.frame_tensors import FrameTensors
 from hemline.animators.swingar.fit.samples import FrameBatch
 from hemline.animators.swingar.garment_sample import GarmentSample
 from hemline.animators.swingar.graph import Graph
@@ -24,19 +26,6 @@ def garment(size: float) -> GarmentSample:
     mass = np.full(count, 0.2 / count, np.float32)
     descriptor = np.linspace(3, 0.1, 16).astype(np.float32) / np.float32(size)
     return GarmentSample(Graph.of(faces, count), faces, features.astype(np.float32), descriptor, logits, mass)
-
-
-@dataclass(frozen=True)
-class Wall:
-    """A signed distance."""
-
-    z: float
-
-    def signed_distances(self, points: np.ndarray) -> np.ndarray:
-        return points[:, 2] - self.z
-
-    def with_gradients(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return self.signed_distances(points), np.tile(np.float32([0, 0, 1]), (len(points), 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,5 +86,5 @@ class Swaying:
         heading = np.tile(np.eye(3, dtype=np.float32), (count, 1, 1))
         return FrameBatch(motion, still, joints, np.zeros((count, 76), np.float32), heading, truth)
 
-    def bodies(self, garment: int, batch: FrameBatch) -> list[Wall]:
-        return [Wall(self.wall)] * len(batch.truth)
+    def heights(self, garment: int, vertices: Tensor, frames: FrameTensors) -> Tensor:
+        return vertices[..., 2] - self.wall

@@ -105,12 +105,14 @@ def test_values_and_gradients_are_those_of_dense_matrices(case):
     extra = torch.randn(3, VERTS, more) if more else None
     found, plain = layer(GRAPH, x, scale=scale, extra=extra), dense_attention(layer, GRAPH, x, scale, extra)
     assert (found - plain).abs().max() < 1e-5
-    assert (gather_attention(layer, GRAPH, x, scale, extra) - plain).abs().max() < 1e-5
+    gathered = gather_attention(layer, GRAPH, x, scale, extra)
+    assert (gathered - plain).abs().max() < 1e-5
     back = torch.randn_like(plain)
     given = [each for each in (x, scale, *layer.parameters()) if each is not None and each.numel()]
-    ours, theirs = (torch.autograd.grad((out * back).sum(), given) for out in (found, plain))
-    for one, other in zip(ours, theirs, strict=True):
+    ours, slots, theirs = (torch.autograd.grad((out * back).sum(), given) for out in (found, gathered, plain))
+    for one, two, other in zip(ours, slots, theirs, strict=True):
         assert (one - other).abs().max() <= 1e-5 * max(1.0, float(other.abs().max()))
+        assert (two - other).abs().max() <= 1e-5 * max(1.0, float(other.abs().max()))
 
 
 def test_further_features_that_a_layer_has_no_weights_for_are_refused():

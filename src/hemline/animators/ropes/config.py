@@ -93,7 +93,7 @@ class RopesConfig:
     checkpoint_epochs: int = positive(10)
     """Number of passes over the training set between checkpoints."""
     threads: int = positive(1)
-    """Number of threads for training. Two are a fifth faster on an idle machine, and many times slower on a busy one."""
+    """Number of threads for training. Two are a fifth faster on an idle machine, many times slower on a busy one."""
 
     def __post_init__(self) -> None:
         check_options(self)

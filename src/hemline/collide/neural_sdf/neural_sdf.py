@@ -17,7 +17,7 @@ from .inputs import WIDTHS, Inputs, PointInputs, condition, start
 from .neural_sdf_kernels import softplus
 
 if TYPE_CHECKING:
-    from hemline.bodies import PosedBody
+    from hemline.bodies import Body, PosedBody
 
 SHIPPED = Path(__file__).parents[2] / "models" / "anny24-sdf.safetensors"
 LAYERS = ("point0", "point1", "point2", "body0", "body1", "body2", "fusion0", "fusion1")
@@ -65,17 +65,20 @@ class NeuralSdf:
         halves = self.layers["point0"][0].size + 3 * self.width**2 + self.width
         return 2 * halves, 4 * halves
 
+    def check_body(self, body: "Body") -> None:
+        """Raises BadModel if the network was trained for another body."""
+        if body.hash != self.body_hash:
+            what = f"this neural distance is of the body '{self.body_name}' with hash {self.body_hash}"
+            cure = "use that body, or train one: python -m hemline.models.make.neural_sdf"
+            raise BadModel(what, f"'{body.name}' with hash {body.hash}", cure)
+
     def at(self, posed: "PosedBody") -> "PosedSdf":
         """Returns the distance to one body in one pose.
 
         Raises:
             BadModel: The network was trained for another body.
         """
-        body = posed.shaped.body
-        if body.hash != self.body_hash:
-            what = f"this neural distance is of the body '{self.body_name}' with hash {self.body_hash}"
-            cure = "use that body, or train one: python -m hemline.models.make.neural_sdf"
-            raise BadModel(what, f"'{body.name}' with hash {body.hash}", cure)
+        self.check_body(posed.shaped.body)
         read = condition(posed.shaped.betas, posed.pose.rotations)[None]
         first = _apply_layer(self.layers["body0"], read)[0]
         third = first + _apply_layer(self.layers["body2"], _apply_layer(self.layers["body1"], first)[0])[0]

@@ -1,4 +1,4 @@
-"""A neural signed distance during training and in losses, with torch; at run time it is `collide.neural_sdf`."""
+"""A neural signed distance during training, with torch; at run time it is `collide.neural_sdf`."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,6 @@ from typing import Any, Self
 import numpy as np
 import torch
 
-from hemline.collide.neural_sdf.distance import Distance
 from hemline.collide.neural_sdf.inputs import WIDTHS, Inputs, start
 from hemline.collide.neural_sdf.neural_sdf import LAYERS, NeuralSdf
 from hemline.errors import BadModel
@@ -162,28 +161,6 @@ class _Softplus(torch.autograd.Function):
 
 def _softplus(values: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
     return _Softplus.apply(values)  # pyright: ignore[reportReturnType]
-
-
-class _AtPoints(torch.autograd.Function):
-    @staticmethod
-    def forward(ctx, points, distance):  # pyright: ignore[reportIncompatibleMethodOverride]
-        values, gradients = distance.with_gradients(points.detach().cpu().numpy())
-        ctx.save_for_backward(torch.tensor(gradients, dtype=points.dtype, device=points.device))
-        return torch.tensor(values, dtype=points.dtype, device=points.device)
-
-    @staticmethod
-    def backward(ctx, by_distance):  # pyright: ignore[reportIncompatibleMethodOverride]
-        return by_distance[:, None] * ctx.saved_tensors[0], None
-
-
-def distances_at(points: torch.Tensor, distance: Distance) -> torch.Tensor:
-    """Returns signed distances of points [m] as a tensor that can be differentiated once by the points, for losses.
-
-    Args:
-        points: Points in the world (points, 3) [m].
-        distance: An exact or neural distance around one posed body; it runs on the CPU.
-    """
-    return _AtPoints.apply(points, distance)  # pyright: ignore[reportReturnType]
 
 
 def distance_loss(

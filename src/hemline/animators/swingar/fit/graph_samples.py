@@ -2,20 +2,21 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Self
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from hemline.animators.coarse.fit.garment_frames import GarmentFrames
 from hemline.animators.swingar.garment_sample import GarmentSample
 from hemline.animators.swingar.graph_inputs import VERTEX, garment_sample, vertex_inputs
 from hemline.arrays import Bool, Float, Int
-from hemline.bodies import Body, PosedBody
-from hemline.collide.neural_sdf.distance import Distance
-from hemline.collide.neural_sdf.neural_sdf import load_neural_sdf
-from hemline.motions.motion import JOINT_COUNT, Pose
-from hemline.motions.quaternions import from_axis_angle
+from hemline.learning.fit.body_distance import BodyDistance
+from hemline.motions.motion import JOINT_COUNT
 
+from .frame_tensors import FrameTensors
 from .samples import FrameBatch
 
 MIN_SPREAD = 0.01
@@ -87,10 +88,11 @@ class TakeSamples:
             group.turns[rows].astype(np.float32),
         )
 
-    def bodies(self, garment: int, batch: FrameBatch) -> list[Distance]:
-        """Returns the neural distance to the body in the coordinates of each frame; raises BadModel."""
-        body, sdf = self.groups[garment].on_body, load_neural_sdf()
-        return [sdf.at(_pose_body(body, inputs)) for inputs in batch.body]
+    def heights(self, garment: int, vertices: Tensor, frames: FrameTensors) -> Tensor:
+        """Returns the signed distances of predicted vertices to the body, see `TrainingSamples.heights`."""
+        distance = _body_distance(self.groups[garment], vertices.device)
+        axes = frames.body[:, -3 * JOINT_COUNT :].unflatten(1, (JOINT_COUNT, 3))
+        return distance.distances(vertices, frames.transforms, axes)
 
     def skinning_error(self, chosen: Int[np.ndarray, " frames"]) -> float:
         """Returns the mean distance of some samples, all of one garment, from skinning [m]."""
@@ -127,18 +129,8 @@ def _skinning_error(group: GarmentFrames, rows: Int[np.ndarray, " frames"]) -> f
     return float(np.linalg.norm(group.displacements[rows].astype(np.float32), axis=2).mean())
 
 
-def _pose_body(body: Body, inputs: Float[np.ndarray, " body"]) -> PosedBody:
-    """Poses the body at the origin, with its heading removed.
-
-    Args:
-        body: The body.
-        inputs: Betas and axis-angles of the pose.
-    """
-    betas, axes = np.split(inputs, [-3 * JOINT_COUNT])
-    rotations = from_axis_angle(axes.reshape(JOINT_COUNT, 3).astype(np.float64)).astype(np.float32)
-    return body.shaped(betas).posed(Pose(rotations, np.zeros(3, np.float32)))
-
-
-def forget_beginning(features: Float[np.ndarray, "... features"]) -> None:
-    """Clears the features that say how the garment lay at the beginning, in place."""
-    features[..., VERTEX["beginning"]] = 0
+@lru_cache(maxsize=1024)
+def _body_distance(group: GarmentFrames, device: torch.device) -> BodyDistance:
+    """Returns the neural distance to the body of some frames."""
+    betas = np.asarray(group.body[0][: -3 * JOINT_COUNT])
+    return BodyDistance(group.on_body.shaped(betas), device)

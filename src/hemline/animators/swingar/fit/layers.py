@@ -1,5 +1,6 @@
 """Graph attention layers with Lipschitz-normalised scores (GAT-LN), for training."""
 
+from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -193,16 +194,85 @@ class GatLn(nn.Module):
         )
 
 
-_copies: WeakKeyDictionary[Graph, dict[torch.device, tuple[Tensor, Tensor]]] = WeakKeyDictionary()
+@dataclass(frozen=True, eq=False)
+class _Rings:
+    """`Graph.equal_rings` on a device."""
+
+    ring: Tensor
+    """Vertices of each ring (verts, slots)."""
+    real: Tensor
+    """1 for a vertex of the ring, 0 for a slot that is left over (verts, slots)."""
+    back: Tensor
+    """Number of the slot, of all, in which the vertex of a slot has this slot's vertex (verts, slots)."""
+
+    @classmethod
+    def of(cls, graph: Graph, device: torch.device) -> "_Rings":
+        """Copies the rings of a graph to a device, once."""
+        copies = _copies.setdefault(graph, {})
+        if device not in copies:
+            ring, real = graph.equal_rings
+            rows, slots = np.nonzero(real)
+            columns = ring[rows, slots]
+            order = np.lexsort((rows, columns))  # the pairs of vertices are the same in either order
+            back = np.zeros(ring.shape, np.int64)
+            back[rows, slots] = (rows * ring.shape[1] + slots)[order]
+            copies[device] = cls(*(torch.from_numpy(each).to(device) for each in (ring, real, back)))
+        return copies[device]
 
 
-def _equal_rings(graph: Graph, device: torch.device) -> tuple[Tensor, Tensor]:
-    """Returns `Graph.equal_rings` on a device, to which they are copied once."""
-    copies = _copies.setdefault(graph, {})
-    if device not in copies:
-        ring, real = graph.equal_rings
-        copies[device] = torch.from_numpy(ring).to(device), torch.from_numpy(real).to(device)
-    return copies[device]
+_copies: WeakKeyDictionary[Graph, dict[torch.device, _Rings]] = WeakKeyDictionary()
+
+
+class _Spread(torch.autograd.Function):
+    """Gives each slot of a ring the value of its vertex, and 0 to slots that are left over.
+
+    What autograd would make of the indexing adds up gradients in random order, and slowly. Since neighbours are
+    neighbours of each other, the gradient of a vertex is found in its own ring.
+    """
+
+    @staticmethod
+    def forward(ctx: Any, values: Tensor, rings: _Rings) -> Tensor:
+        ctx.rings = rings
+        return values[..., rings.ring] * rings.real
+
+    @staticmethod
+    def backward(ctx: Any, *backs: Tensor) -> Any:
+        rings = ctx.rings
+        return (backs[0].flatten(-2)[..., rings.back] * rings.real).sum(-1), None
+
+
+class _SumOverRings(torch.autograd.Function):
+    """Sums up the features of each ring, weighted by attention; `_Spread` tells why it has a backward of its own."""
+
+    @staticmethod
+    def forward(ctx: Any, attention: Tensor, features: Tensor, rings: _Rings) -> Tensor:
+        ctx.save_for_backward(attention, features)
+        ctx.rings = rings
+        return (attention[..., None, :] @ features[:, :, rings.ring])[..., 0, :]
+
+    @staticmethod
+    def backward(ctx: Any, *backs: Tensor) -> Any:
+        attention, features = ctx.saved_tensors
+        rings, back = ctx.rings, backs[0]
+        attention_back = (features[:, :, rings.ring] @ back[..., None])[..., 0]
+        turned = attention.flatten(-2)[..., rings.back] * rings.real
+        return attention_back, (turned[..., None, :] @ back[:, :, rings.ring])[..., 0, :], None
+
+
+def _project(layer: GatLn, x: Tensor, scale: Tensor | None, extra: Tensor | None) -> Tensor:
+    """Returns the projected features of each head (frames, heads, verts, outputs)."""
+    weights = layer.weights
+    heads, inputs, outputs = weights.shape
+    if scale is not None and len(x) == 1 and x.shape[1] == heads:
+        # all frames share the features: their weights are scaled instead, side by side in one product
+        scaled = (weights[:, :, None] * scale.T[:, :, None]).reshape(heads, inputs, -1)
+        projected = (x[0] @ scaled).unflatten(-1, (len(scale), outputs)).permute(2, 0, 1, 3)
+    else:
+        projected = (x if scale is None else x * scale[:, None, None, :]) @ weights
+    if extra is not None:
+        joined = extra @ layer.extra_weights.transpose(0, 1).reshape(-1, heads * outputs)
+        projected = projected + joined.unflatten(-1, (heads, outputs)).transpose(1, 2)
+    return projected.contiguous()
 
 
 def gather_attention(
@@ -220,18 +290,16 @@ def gather_attention(
     Returns:
         Features (frames, groups, verts, outputs), each between -1 and 1.
     """
-    ring, real = _equal_rings(graph, x.device)
-    x = x if scale is None else x * scale[:, None, None, :]
-    projected = x @ layer.weights
-    if extra is not None:
-        projected = projected + extra[:, None] @ layer.extra_weights
+    rings = _Rings.of(graph, x.device)
+    projected = _project(layer, x, scale, extra)
     center, neighbour = (projected @ layer.vectors.transpose(1, 2)).unbind(-1)
-    scores = center[..., None] + neighbour[..., ring]
+    scores = center[..., None] * rings.real + _Spread.apply(neighbour, rings)
     if layer.alpha is not None:
         squares = projected.square().sum(-1)
-        bound = layer.vectors.square().sum((1, 2)).sqrt()[:, None] * (squares[..., ring].amax(-1) + squares).sqrt()
-        norms = (scores * real).square().sum(-1).sqrt()
+        lengths = layer.vectors.square().sum((1, 2)).sqrt()[:, None]
+        bound = lengths * (_Spread.apply(squares, rings).amax(-1) + squares).sqrt()
+        norms = scores.square().sum(-1).sqrt()
         scores = layer.alpha * scores / torch.maximum(norms, bound).clamp(min=float(MIN_DIVISOR))[..., None]
-    scores = torch.nn.functional.leaky_relu(scores, float(LEAKY_SLOPE)).masked_fill(real == 0, -torch.inf)
-    gathered = (scores.softmax(-1)[..., None, :] @ projected[:, :, ring])[..., 0, :]
+    scores = torch.nn.functional.leaky_relu(scores, float(LEAKY_SLOPE)).masked_fill(rings.real == 0, -torch.inf)
+    gathered = _SumOverRings.apply(scores.softmax(-1), projected, rings)
     return torch.tanh(gathered.unflatten(1, (layer.groups, -1)).mean(2))

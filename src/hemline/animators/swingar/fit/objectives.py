@@ -10,14 +10,13 @@ from torch import Tensor
 from hemline.animators.coarse.features.columns import VECTOR
 from hemline.animators.swingar.garment_sample import GarmentSample
 from hemline.arrays import Int
-from hemline.learning.fit.distance_network import distances_at
 from hemline.learning.mirror import opposite_joints
 
 from .estimator import Estimator, GarmentCode
-from .graph_samples import forget_beginning
+from .frame_tensors import FrameReader, FrameTensors, row_numbers
 from .losses import LossWeights, bend_loss, collision_loss, distance_loss, edge_loss, gravity_loss
-from .mirror import mirror_frames, mirror_garment
-from .samples import FrameBatch, TrainingSamples
+from .mirror import mirror_garment
+from .samples import TrainingSamples
 
 SUPERVISED = LossWeights(edge=0.0, bend=0.0, gravity=0.0, collision=0.0)
 """Weights of the first stage, which has the vertex term alone."""
@@ -60,7 +59,14 @@ class _GroupDraw:
 class _StageObjective:
     """The base of both objectives. Samples of the Trainer are groups, whose frames are drawn when they are used."""
 
-    def __init__(self, estimator: Estimator, samples: TrainingSamples, groups: Groups, weights: LossWeights):
+    def __init__(
+        self,
+        estimator: Estimator,
+        samples: TrainingSamples,
+        groups: Groups,
+        weights: LossWeights,
+        reader: FrameReader | None = None,
+    ):
         self.estimator, self.data, self.groups, self.weights = estimator, samples, groups, weights
         self._training = _by_garment(samples, self.usable_samples)
         self._probabilities = np.array([len(each) for each in self._training], float) / len(self.usable_samples)
@@ -69,6 +75,7 @@ class _StageObjective:
         self._factors = factors / np.average(factors, weights=self._probabilities)
         self._images = [mirror_garment(each) for each in samples.garments] if groups.mirrored else []
         self._device = next(estimator.parameters()).device
+        self._reader = reader or FrameReader(samples, self._device)
         self._sheets = [_Sheet.of(garment, self._device) for garment in samples.garments]
 
     @property
@@ -95,12 +102,12 @@ class _StageObjective:
         with torch.no_grad():
             return [float(self._distances(frames)) for frames in validation_frames(self.data, self.groups)]
 
-    def predict(self, chosen: np.ndarray, batch: FrameBatch, mirrored: bool = False) -> Tensor:
+    def predict(self, chosen: np.ndarray, frames: FrameTensors, mirrored: bool = False) -> Tensor:
         """Predicts some frames of one garment (frames, verts, 3) [m].
 
         Args:
             chosen: Numbers of the samples.
-            batch: The frames, mirrored if `mirrored`.
+            frames: The frames, mirrored if `mirrored`.
             mirrored: Whether the frames are mirrored.
         """
         raise NotImplementedError
@@ -112,23 +119,20 @@ class _StageObjective:
         return _GroupDraw(chosen, bool(mirrored), bool(forgetful))
 
     def _distances(self, chosen: np.ndarray) -> Tensor:
-        batch = self.data.frames(chosen)
-        return (self.predict(chosen, batch) - self._tensor(batch.truth)).norm(dim=-1).mean()
-
-    def _tensor(self, array: np.ndarray) -> Tensor:
-        return torch.from_numpy(array).to(self._device)
+        frames = self._reader.read(chosen)
+        return (self.predict(chosen, frames) - frames.truth).norm(dim=-1).mean()
 
     def _garment(self, chosen: np.ndarray, mirrored: bool) -> GarmentSample:
         number = int(self.data.garment_of[chosen[0]])
         return self._images[number] if mirrored else self.data.garments[number]
 
     def _terms(self, drawn: _GroupDraw) -> Tensor:
-        batch, number = self.data.frames(drawn.chosen), int(self.data.garment_of[drawn.chosen[0]])
-        if drawn.forgetful and batch.features is not None:
-            forget_beginning(batch.features)
+        frames, number = self._reader.read(drawn.chosen), int(self.data.garment_of[drawn.chosen[0]])
+        if drawn.forgetful:
+            frames = frames.forget_beginning()
         if drawn.mirrored:
-            batch = mirror_frames(batch)
-        vertices, truth = self.predict(drawn.chosen, batch, drawn.mirrored), self._tensor(batch.truth)
+            frames = frames.mirror()
+        vertices, truth = self.predict(drawn.chosen, frames, drawn.mirrored), frames.truth
         sheet, w = self._sheets[number], self.weights
         total = w.vertex * distance_loss(vertices, truth)
         if w.edge:
@@ -138,8 +142,7 @@ class _StageObjective:
         if w.gravity:
             total = total + w.gravity * gravity_loss(vertices, sheet.mass)
         if w.collision:
-            bodies = self.data.bodies(number, batch)
-            heights = torch.stack([distances_at(*each) for each in zip(vertices, bodies, strict=True)])
+            heights = self.data.heights(number, vertices, frames)
             total = total + w.collision * collision_loss(heights, BODY_MARGIN)
         return float(self._factors[number]) * total
 
@@ -154,9 +157,9 @@ class CoarseObjective(_StageObjective):
         """Encoders of garment, shape and motion, and the coarse predictor."""
         return self.estimator.coarse_parameters()
 
-    def predict(self, chosen: np.ndarray, batch: FrameBatch, mirrored: bool = False) -> Tensor:
+    def predict(self, chosen: np.ndarray, frames: FrameTensors, mirrored: bool = False) -> Tensor:
         """The coarse meshes."""
-        return _coarse(self.estimator, encode(self.estimator, self._garment(chosen, mirrored)), batch)
+        return _coarse(self.estimator, encode(self.estimator, self._garment(chosen, mirrored)), frames)
 
 
 class CorrectiveObjective(_StageObjective):
@@ -164,11 +167,19 @@ class CorrectiveObjective(_StageObjective):
 
     name = "corrective predictor"
 
-    def __init__(self, estimator: Estimator, samples: TrainingSamples, groups: Groups, weights: LossWeights):
-        super().__init__(estimator, samples, groups, weights)
+    def __init__(
+        self,
+        estimator: Estimator,
+        samples: TrainingSamples,
+        groups: Groups,
+        weights: LossWeights,
+        reader: FrameReader | None = None,
+    ):
+        super().__init__(estimator, samples, groups, weights, reader)
         with torch.no_grad():
             self._codes = [encode(estimator, garment) for garment in samples.garments]
-        self._known: dict[int, tuple[np.ndarray, ...]] = {}
+        self._rows = row_numbers(samples)
+        self._known: dict[int, _CoarseFrames] = {}
 
     @property
     def parameters(self) -> Sequence[Tensor]:
@@ -180,34 +191,44 @@ class CorrectiveObjective(_StageObjective):
         """Samples whose two frames before are samples too."""
         return self.data.training[self.data.has_past[self.data.training]]
 
-    def predict(self, chosen: np.ndarray, batch: FrameBatch, mirrored: bool = False) -> Tensor:
+    def predict(self, chosen: np.ndarray, frames: FrameTensors, mirrored: bool = False) -> Tensor:
         """Predicts coarse meshes and adds their corrective displacements."""
-        code = self._codes[self.data.garment_of[chosen[0]]]
+        number = int(self.data.garment_of[chosen[0]])
+        if number not in self._known:
+            self._known[number] = self._coarse_frames(number)
         times = np.concatenate([self.data.before[chosen][:, ::-1], chosen[:, None]], axis=1)
-        self._make(np.array([i for i in np.unique(times).tolist() if i not in self._known], np.int64))
-        meshes, joints, heading = (
-            self._tensor(np.stack([[self._known[i][part] for i in row] for row in times.tolist()])) for part in range(3)
-        )
+        rows = torch.from_numpy(self._rows[times]).to(self._device)
+        known = self._known[number]
+        meshes, joints, heading = known.meshes[rows].float(), known.joints[rows], known.heading[rows]
         # rotates all three into the heading of the last
         turn = heading[:, -1:].transpose(2, 3) @ heading
-        meshes, joints = (each.float() @ turn.transpose(2, 3) for each in (meshes, joints))
+        meshes, joints = (each @ turn.transpose(2, 3) for each in (meshes, joints))
         if mirrored:
-            image = self._tensor(VECTOR)
+            image = torch.from_numpy(VECTOR).to(self._device)
             meshes, joints = meshes * image, joints[:, :, opposite_joints()] * image
-        return meshes[:, -1] + self.estimator.corrective(code, meshes, joints, self._tensor(batch.body))
+        return meshes[:, -1] + self.estimator.corrective(self._codes[number], meshes, joints, frames.body)
 
-    def _make(self, unknown: np.ndarray) -> None:
-        """Predicts coarse meshes that are not known yet; stores them as float16."""
-        for members in _by_garment(self.data, unknown):
-            for first in range(0, len(members), self.groups.frames):
-                chosen = members[first : first + self.groups.frames]
-                batch = self.data.frames(chosen)
-                with torch.no_grad():
-                    code = self._codes[self.data.garment_of[chosen[0]]]
-                    made = _coarse(self.estimator, code, batch).cpu().numpy().astype(np.float16)
-                self._known |= dict(
-                    zip(chosen.tolist(), zip(made, batch.joints, batch.heading, strict=True), strict=True)
-                )
+    def _coarse_frames(self, number: int) -> "_CoarseFrames":
+        """Predicts the coarse meshes of all samples of a garment."""
+        members, parts = np.flatnonzero(self.data.garment_of == number), []
+        for first in range(0, len(members), self.groups.frames):
+            frames = self._reader.read(members[first : first + self.groups.frames])
+            with torch.no_grad():
+                made = _coarse(self.estimator, self._codes[number], frames)
+            parts.append((made.half(), frames.joints, frames.heading))
+        return _CoarseFrames(*(torch.cat(each) for each in zip(*parts, strict=True)))
+
+
+@dataclass(frozen=True, eq=False)
+class _CoarseFrames:
+    """Coarse meshes of all samples of a garment."""
+
+    meshes: Tensor
+    """Vertices (samples, verts, 3) [m], float16."""
+    joints: Tensor
+    """Positions of the joints (samples, joints, 3) [m]."""
+    heading: Tensor
+    """Rotations from each frame's own heading to one that all frames of a clip share (samples, 3, 3)."""
 
 
 def encode(estimator: Estimator, garment: GarmentSample) -> GarmentCode:
@@ -229,12 +250,8 @@ def _evenly(count: int, wanted: int) -> Int[np.ndarray, " chosen"]:
     return np.unique(np.linspace(0, count - 1, wanted).round().astype(int))
 
 
-def _coarse(estimator: Estimator, code: GarmentCode, batch: FrameBatch) -> Tensor:
-    device = code.positions.device
-    motion, transforms = (torch.from_numpy(each).to(device) for each in (batch.motion, batch.transforms))
-    optional = batch.features, batch.turns
-    features, turns = (None if each is None else torch.from_numpy(each).to(device) for each in optional)
-    return estimator.coarse(code, motion, transforms, features, turns)[0]
+def _coarse(estimator: Estimator, code: GarmentCode, frames: FrameTensors) -> Tensor:
+    return estimator.coarse(code, frames.motion, frames.transforms, frames.features, frames.turns)[0]
 
 
 def _by_garment(samples: TrainingSamples, chosen: np.ndarray) -> list[np.ndarray]:

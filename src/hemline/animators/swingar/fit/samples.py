@@ -2,13 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from hemline.animators.swingar.garment_sample import GarmentSample
 from hemline.arrays import Bool, Float, Int
-from hemline.collide.neural_sdf.distance import Distance
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from .frame_tensors import FrameTensors
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,12 +79,13 @@ class TrainingSamples(Protocol):
         """Returns some samples, all of one garment."""
         ...
 
-    def bodies(self, garment: int, batch: FrameBatch) -> Sequence[Distance]:
-        """Returns the signed distance to the body in the coordinates of each frame.
+    def heights(self, garment: int, vertices: "Tensor", frames: "FrameTensors") -> "Tensor":
+        """Returns the signed distances of predicted vertices to the body (frames, verts) [m], negative inside.
 
         Args:
             garment: Number of the garment.
-            batch: Frames of the garment, mirrored or not.
+            vertices: The vertices (frames, verts, 3) [m]; distances can be differentiated by them.
+            frames: The frames, mirrored or not.
 
         Raises:
             BadModel: There is no neural distance to that body.

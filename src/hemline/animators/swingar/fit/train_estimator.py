@@ -16,6 +16,7 @@ from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer
 from hemline.options import check_options, fraction, not_negative, positive
 
 from .estimator import Estimator
+from .frame_tensors import FrameReader
 from .losses import LossWeights
 from .objectives import SUPERVISED, CoarseObjective, CorrectiveObjective, Groups
 from .samples import TrainingSamples
@@ -153,14 +154,15 @@ def train_estimator(
         trainer.run(checkpoint=checkpoint, progress=lambda done, total: progress(stage, done, total))
         curves[stage] = trainer.losses
 
-    coarse = CoarseObjective(estimator, samples, plan.groups, SUPERVISED)
+    reader = FrameReader(samples, next(estimator.parameters()).device)
+    coarse = CoarseObjective(estimator, samples, plan.groups, SUPERVISED, reader)
     train(STAGES[0], coarse, plan.coarse_epochs, plan.patience)
     if plan.term_epochs:
-        train(STAGES[1], CoarseObjective(estimator, samples, plan.groups, weights), plan.term_epochs)
+        train(STAGES[1], CoarseObjective(estimator, samples, plan.groups, weights, reader), plan.term_epochs)
     coarse_error = error = float(np.mean(coarse.errors()))
     admitted = False
     if plan.corrective_epochs:
-        corrective = CorrectiveObjective(estimator, samples, plan.groups, weights)
+        corrective = CorrectiveObjective(estimator, samples, plan.groups, weights, reader)
         train(STAGES[2], corrective, plan.corrective_epochs)
         corrective_error = float(np.mean(corrective.errors()))
         admitted = corrective_error < coarse_error
