@@ -18,6 +18,7 @@ from hemline.animators.swingar.fit.estimator import Estimator, cost  # noqa: E40
 FRAMES = 3
 CONFIGS = {
     "small": EstimatorConfig(**SMALL, told=9, state_told=4, displacement=5, body=76, corrective_heads=2),
+    "context": EstimatorConfig(**SMALL, told=9, state_told=4, displacement=5, context=True, body=76),
     "pooled": EstimatorConfig(**SMALL | {"blend_last": 12}, body=76, corrective_heads=2, global_shape="pooled"),
     "plain": EstimatorConfig(**SMALL, body=76, corrective_heads=1, global_shape="none", lipschitz=False),
 }

@@ -44,6 +44,9 @@ class EstimatorConfig:
     """Number of these features, the first ones, that reach the state encoder as well."""
     displacement: int = not_negative(0)
     """Width of the layers that displace each vertex of the coarse mesh. With 0, as in the paper, there are none."""
+    context: bool = False
+    """Whether the displacement of a vertex depends on the layers of the blend shape, which reach two rings further, and
+    on the mean over all vertices."""
     body: int = positive(82)
     """Number of entries of the body encoder: betas, and 72 of axis-angles."""
     graph: int = positive(64)
@@ -128,8 +131,9 @@ def weight_shapes(config: EstimatorConfig) -> dict[str, tuple[int, ...]]:
     single = {"shape": (c.motion, JOINTS)} if c.global_shape == "pooled" else {}
     single |= {"blend_motion": (c.motion, c.blend_last)} if c.motion != c.blend_last else {}
     if c.displacement:
-        wide = c.displacement
-        single |= {"displace_first": (c.state + c.told, wide), "displace_second": (wide, wide), "displace": (wide, 3)}
+        wide, own = c.displacement, c.state + c.told + (3 * c.blend_last if c.context else 0)
+        joined = 2 * wide if c.context else wide
+        single |= {"displace_first": (own, wide), "displace_second": (joined, wide), "displace": (wide, 3)}
     for name, (inputs, outputs) in single.items():
         shapes[f"{name}.weight"], shapes[f"{name}.bias"] = (outputs, inputs), (outputs,)
     return shapes

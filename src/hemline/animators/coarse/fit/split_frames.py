@@ -49,7 +49,8 @@ class SplitFrames:
             tell: Called with the groups done and the number of groups.
         """
         split_of = {take_id(entry): name for name, entries in splits.items() for entry in entries}
-        entries = [entry for each in splits.values() for entry in each]
+        # in an order that does not depend on the split, so that files of another split are used again
+        entries = sorted((entry for each in splits.values() for entry in each), key=take_id)
         groups, takes = walk_takes(data, entries, walk, folder, jobs=jobs, tell=tell)
         names = [np.array([split_of[take_id(each)] for each in own]) for own in takes]
         return cls(groups, [own[np.asarray(each.take)] for each, own in zip(groups, names, strict=True)])

@@ -14,6 +14,7 @@ from hemline.animators.swingar.estimator_config import (
     POSE_WIDTH,
     VERTEX_WIDTH,
     EstimatorConfig,
+    weight_shapes,
 )
 from hemline.animators.swingar.graph import Graph
 
@@ -76,9 +77,11 @@ class Estimator(nn.Module):
         self.told_mean = nn.Buffer(torch.zeros(c.told))
         self.told_spread = nn.Buffer(torch.ones(c.told))
         if c.displacement:
-            self.displace_first = nn.Linear(c.state + c.told, c.displacement)
-            self.displace_second = nn.Linear(c.displacement, c.displacement)
-            self.displace = nn.Linear(c.displacement, 3)
+            shapes = {name: shape for name, shape in weight_shapes(c).items() if name.startswith("displace")}
+            self.displace_first, self.displace_second, self.displace = (
+                nn.Linear(*reversed(shapes[f"{name}.weight"]))
+                for name in ("displace_first", "displace_second", "displace")
+            )
         heads = 4 * c.corrective_heads
         self.mesh_gates = GatLn(CORRECTIVE_WIDTH, c.corrective, heads, groups=4, alpha=alpha)
         self.hidden_gates = GatLn(c.corrective, c.corrective, heads, groups=4, alpha=alpha)
@@ -151,19 +154,30 @@ class Estimator(nn.Module):
         mean, scores = condense_heads(state, self.weight.weight[0])
         weights = (scores * garment.shape + garment.logits).softmax(-1)
         blend = self.blend_first(garment.graph, mean[:, None], extra=extra)
-        blend = self.blend_second(garment.graph, blend)
-        blend = self.blend_scale * torch.einsum("tcvd,td->tvc", blend, self.blend_motion(moved))
+        around = self.blend_second(garment.graph, blend)
+        blend = self.blend_scale * torch.einsum("tcvd,td->tvc", around, self.blend_motion(moved))
         vertices = blend_skin(weights, transforms, garment.positions + blend)
         if c.displacement:
             assert turns is not None
-            vertices = vertices + rotate(turns, self._displacements(mean, extra))
+            vertices = vertices + rotate(turns, self._displacements(mean, around, extra))
         return vertices, weights, blend
 
-    def _displacements(self, state: Tensor, features: Tensor | None) -> Tensor:
-        """Predicts the displacement of each vertex in its frame as rotated by skinning (frames, verts, 3) [m]."""
-        inputs = state if features is None else torch.cat([state, features], dim=-1)
-        hidden = torch.relu(self.displace_first(inputs))
-        return self.displace(torch.relu(self.displace_second(hidden)))
+    def _displacements(self, state: Tensor, around: Tensor, features: Tensor | None) -> Tensor:
+        """Predicts the displacement of each vertex in its frame as rotated by skinning (frames, verts, 3) [m].
+
+        Args:
+            state: Mean of the heads of the state (frames, verts, state).
+            around: Features of the blend shape (frames, 3, verts, blend_last).
+            features: Features of the vertices (frames, verts, features); None if the estimator has none.
+        """
+        context = [around.transpose(1, 2).flatten(2)] if self.config.context else []
+        own = [] if features is None else [features]
+        hidden = torch.relu(self.displace_first(torch.cat([state, *own, *context], dim=-1)))
+        if not self.config.context:
+            return self.displace(torch.relu(self.displace_second(hidden)))
+        of_vertex, of_all = self.displace_second.weight.split(hidden.shape[-1], dim=1)
+        mean = nn.functional.linear(hidden.mean(1, keepdim=True), of_all, self.displace_second.bias)
+        return self.displace(torch.relu(nn.functional.linear(hidden, of_vertex) + mean))
 
     def corrective(self, garment: GarmentCode, meshes: Tensor, joints: Tensor, body: Tensor) -> Tensor:
         """Predicts the corrective displacements of some frames.

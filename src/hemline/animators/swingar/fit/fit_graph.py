@@ -15,7 +15,7 @@ from hemline.animators.swingar.runtime import RuntimeEstimator
 
 from .graph_samples import TakeSamples
 
-DISPLACEMENT_WIDTH = 128
+DISPLACEMENT_WIDTH = 256
 """Width of the layers that displace vertices, see `EstimatorConfig.displacement`."""
 
 
@@ -87,7 +87,7 @@ def estimator_of(config: SwingarConfig, betas: int) -> EstimatorConfig:
         betas: Number of shape coefficients of the body.
     """
     sizes = EstimatorConfig.lean() if config.sizes == "lean" else EstimatorConfig()
-    features = {"told": VERTEX.count, "state_told": STATE_FEATURES, "displacement": DISPLACEMENT_WIDTH}
+    features = {"told": VERTEX.count, "state_told": STATE_FEATURES, "displacement": DISPLACEMENT_WIDTH, "context": True}
     own = features if config.features else {}
     return replace(sizes, body=betas + 3 * JOINTS, alpha=config.alpha, **own)
 

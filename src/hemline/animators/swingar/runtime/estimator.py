@@ -132,21 +132,28 @@ class RuntimeEstimator:
         weights = np.exp(logits - logits.max(1, keepdims=True))
         weights /= weights.sum(1, keepdims=True)
         blend = self.layers["blend_first"](garment.graph, mean[None], extra=extra)
-        blend = self.layers["blend_second"](garment.graph, blend)
+        around = self.layers["blend_second"](garment.graph, blend)
         weighting = self._linear("blend_motion", moved) if "blend_motion.weight" in self.arrays else moved
-        blend = (self.arrays["blend_scale"] * (blend @ weighting)).T
+        blend = (self.arrays["blend_scale"] * (around @ weighting)).T
         vertices = _blend_skin(weights, np.asarray(transforms, np.float32), garment.positions + blend)
         if c.displacement:
             assert turns is not None
             out = np.empty_like(vertices)
-            displace(vertices, np.asarray(turns, np.float32), self._displacements(mean, extra), out)
+            displace(vertices, np.asarray(turns, np.float32), self._displacements(mean, around, extra), out)
             vertices = out
         return vertices, weights, blend
 
-    def _displacements(self, state: np.ndarray, features: np.ndarray | None) -> np.ndarray:
-        inputs = state if features is None else np.concatenate([state, features], axis=1)
-        hidden = self._linear("displace_first", inputs)
-        hidden = self._linear("displace_second", np.maximum(hidden, 0))
+    def _displacements(self, state: np.ndarray, around: np.ndarray, features: np.ndarray | None) -> np.ndarray:
+        """Predicts the displacement of each vertex in its frame as rotated by skinning; see `Estimator`."""
+        context = list(around) if self.config.context else []
+        own = [] if features is None else [features]
+        hidden = np.maximum(self._linear("displace_first", np.concatenate([state, *own, *context], axis=1)), 0)
+        if self.config.context:
+            weight, bias = self.arrays["displace_second.weight"], self.arrays["displace_second.bias"]
+            of_vertex, of_all = np.split(weight, 2, axis=1)
+            hidden = hidden @ of_vertex.T + (hidden.mean(0) @ of_all.T + bias)
+        else:
+            hidden = self._linear("displace_second", hidden)
         return np.ascontiguousarray(self._linear("displace", np.maximum(hidden, 0)), np.float32)
 
     def corrective(
