@@ -1,6 +1,8 @@
 """Graph attention layers with Lipschitz-normalised scores (GAT-LN), for training."""
 
 from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -204,6 +206,8 @@ class _Rings:
     """1 for a vertex of the ring, 0 for a slot that is left over (verts, slots)."""
     back: Tensor
     """Number of the slot, of all, in which the vertex of a slot has this slot's vertex (verts, slots)."""
+    compiled: tuple[Tensor, Tensor, Tensor]
+    """What `ring_sums` takes: vertices, own slots and those of `back`; -1 where a slot is left over, int32."""
 
     @classmethod
     def of(cls, graph: Graph, device: torch.device) -> "_Rings":
@@ -216,7 +220,10 @@ class _Rings:
             order = np.lexsort((rows, columns))  # the pairs of vertices are the same in either order
             back = np.zeros(ring.shape, np.int64)
             back[rows, slots] = (rows * ring.shape[1] + slots)[order]
-            copies[device] = cls(*(torch.from_numpy(each).to(device) for each in (ring, real, back)))
+            own = np.where(real > 0, np.arange(ring.size).reshape(ring.shape), -1)
+            whole = (ring, own, np.where(real > 0, back, -1))
+            compiled = tuple(torch.from_numpy(each.astype(np.int32)).to(device) for each in whole)
+            copies[device] = cls(*(torch.from_numpy(each).to(device) for each in (ring, real, back)), compiled)
         return copies[device]
 
 
@@ -259,9 +266,29 @@ class _SumOverRings(torch.autograd.Function):
         return attention_back, (turned[..., None, :] @ back[:, :, rings.ring])[..., 0, :], None
 
 
-def _project(layer: GatLn, x: Tensor, scale: Tensor | None, extra: Tensor | None) -> Tensor:
-    """Returns the projected features of each head (frames, heads, verts, outputs)."""
-    weights = layer.weights
+@cache
+def _has_triton() -> bool:
+    return find_spec("triton") is not None
+
+
+def _sum_over_rings(attention: Tensor, features: Tensor, rings: _Rings) -> Tensor:
+    """Sums up the features of each ring, weighted by attention (frames, heads, verts, width)."""
+    if features.device.type == "cuda" and _has_triton():
+        from .ring_sums import SumOverRings
+
+        return SumOverRings.apply(attention, features, *rings.compiled)
+    return _SumOverRings.apply(attention, features, rings)
+
+
+def _project(layer: GatLn, x: Tensor, scale: Tensor | None, extra: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
+    """Returns the projected features of each head (frames, heads, verts, outputs), and their products with the two
+    vectors of the layer (frames, heads, verts)."""
+
+    def with_products(weights: Tensor) -> Tensor:
+        """Appends the products as two columns, so that one large product makes all of them."""
+        return torch.cat([weights, weights @ layer.vectors.transpose(1, 2)], dim=2)
+
+    weights = with_products(layer.weights)
     heads, inputs, outputs = weights.shape
     if scale is not None and len(x) == 1 and x.shape[1] == heads:
         # all frames share the features: their weights are scaled instead, side by side in one product
@@ -269,10 +296,11 @@ def _project(layer: GatLn, x: Tensor, scale: Tensor | None, extra: Tensor | None
         projected = (x[0] @ scaled).unflatten(-1, (len(scale), outputs)).permute(2, 0, 1, 3)
     else:
         projected = (x if scale is None else x * scale[:, None, None, :]) @ weights
-    if extra is not None:
-        joined = extra @ layer.extra_weights.transpose(0, 1).reshape(-1, heads * outputs)
+    if extra is not None and extra.shape[-1]:
+        joined = extra @ with_products(layer.extra_weights).transpose(0, 1).reshape(-1, heads * outputs)
         projected = projected + joined.unflatten(-1, (heads, outputs)).transpose(1, 2)
-    return projected.contiguous()
+    projected = projected.contiguous()
+    return projected[..., :-2], projected[..., -2], projected[..., -1]
 
 
 def gather_attention(
@@ -291,15 +319,14 @@ def gather_attention(
         Features (frames, groups, verts, outputs), each between -1 and 1.
     """
     rings = _Rings.of(graph, x.device)
-    projected = _project(layer, x, scale, extra)
-    center, neighbour = (projected @ layer.vectors.transpose(1, 2)).unbind(-1)
+    projected, center, neighbour = _project(layer, x, scale, extra)
     scores = center[..., None] * rings.real + _Spread.apply(neighbour, rings)
     if layer.alpha is not None:
-        squares = projected.square().sum(-1)
+        squares = torch.linalg.vector_norm(projected, dim=-1).square()
         lengths = layer.vectors.square().sum((1, 2)).sqrt()[:, None]
         bound = lengths * (_Spread.apply(squares, rings).amax(-1) + squares).sqrt()
         norms = scores.square().sum(-1).sqrt()
         scores = layer.alpha * scores / torch.maximum(norms, bound).clamp(min=float(MIN_DIVISOR))[..., None]
     scores = torch.nn.functional.leaky_relu(scores, float(LEAKY_SLOPE)).masked_fill(rings.real == 0, -torch.inf)
-    gathered = _SumOverRings.apply(scores.softmax(-1), projected, rings)
+    gathered = _sum_over_rings(scores.softmax(-1), projected, rings)
     return torch.tanh(gathered.unflatten(1, (layer.groups, -1)).mean(2))
