@@ -1,6 +1,7 @@
 """Graph attention with Lipschitz-normalised scores: equal to plain torch, and the laws that it must obey."""
 
 import itertools
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from hemline.learning.product_kernels import product
 from tests.animators.swingar.swingar_samples import graph_of, sheet
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
+from hemline.animators.swingar.fit import layers  # noqa: E402  # after the skip
 from hemline.animators.swingar.fit.layers import GatLn, condense_heads, gather_attention  # noqa: E402  # after the skip
 
 GRAPH = graph_of()
@@ -113,6 +115,25 @@ def test_values_and_gradients_are_those_of_dense_matrices(case):
     for one, two, other in zip(ours, slots, theirs, strict=True):
         assert (one - other).abs().max() <= 1e-5 * max(1.0, float(other.abs().max()))
         assert (two - other).abs().max() <= 1e-5 * max(1.0, float(other.abs().max()))
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no CUDA device")
+@pytest.mark.parametrize("compiled", [True, False])
+def test_on_cuda_a_layer_and_its_gradients_are_the_same(compiled, monkeypatch):
+    monkeypatch.setattr(layers, "has_triton", lambda: compiled and find_spec("triton") is not None)
+    torch.manual_seed(3)
+    layer, x, scale = GatLn(5, 7, 4, alpha=2.0, extra=3), torch.randn(1, 4, VERTS, 5), torch.randn(3, 5)
+    extra, back = torch.randn(3, VERTS, 3), torch.randn(3, 4, VERTS, 7)
+
+    def run(device):
+        own = GatLn(5, 7, 4, alpha=2.0, extra=3).to(device)
+        own.load_state_dict(layer.state_dict())
+        given = [each.to(device).requires_grad_() for each in (x, scale)]
+        out = own(GRAPH, given[0], scale=given[1], extra=extra.to(device))
+        return [out, *torch.autograd.grad((out * back.to(device)).sum(), [*given, *own.parameters()])]
+
+    for one, other in zip(run("cpu"), run("cuda"), strict=True):
+        assert (one - other.cpu()).abs().max() <= 1e-5 * max(1.0, float(one.abs().max()))
 
 
 def test_further_features_that_a_layer_has_no_weights_for_are_refused():

@@ -77,11 +77,9 @@ class Estimator(nn.Module):
         self.told_mean = nn.Buffer(torch.zeros(c.told))
         self.told_spread = nn.Buffer(torch.ones(c.told))
         if c.displacement:
-            shapes = {name: shape for name, shape in weight_shapes(c).items() if name.startswith("displace")}
-            self.displace_first, self.displace_second, self.displace = (
-                nn.Linear(*reversed(shapes[f"{name}.weight"]))
-                for name in ("displace_first", "displace_second", "displace")
-            )
+            shapes, names = weight_shapes(c), ("displace_first", "displace_second", "displace")
+            sizes = [shapes[f"{name}.weight"] for name in names]
+            self.displace_first, self.displace_second, self.displace = (nn.Linear(size[1], size[0]) for size in sizes)
         heads = 4 * c.corrective_heads
         self.mesh_gates = GatLn(CORRECTIVE_WIDTH, c.corrective, heads, groups=4, alpha=alpha)
         self.hidden_gates = GatLn(c.corrective, c.corrective, heads, groups=4, alpha=alpha)

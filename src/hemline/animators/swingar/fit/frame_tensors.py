@@ -1,9 +1,10 @@
 """Training frames as tensors on the device of the training."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import torch
@@ -60,13 +61,15 @@ class FrameTensors:
             halves: Names of the fields that become float16.
         """
         arrays = {each.name: getattr(batch, each.name) for each in fields(cls)}
-        found = {name: None if each is None else torch.from_numpy(each) for name, each in arrays.items()}
+        found: dict[str, Any] = {
+            name: None if each is None else torch.from_numpy(each) for name, each in arrays.items()
+        }
         halved = {name: each.half() for name, each in found.items() if each is not None and name in set(halves)}
         return cls(**(found | halved)).to(device)
 
     def to(self, device: torch.device) -> "FrameTensors":
         """Copies the tensors to a device."""
-        return FrameTensors(**{name: None if each is None else each.to(device) for name, each in vars(self).items()})
+        return self._changed(lambda each: each.to(device))
 
     @property
     def byte_count(self) -> int:
@@ -75,7 +78,12 @@ class FrameTensors:
 
     def select(self, rows: Tensor) -> "FrameTensors":
         """Returns some of the frames, float32."""
-        return FrameTensors(**{name: None if each is None else each[rows].float() for name, each in vars(self).items()})
+        return self._changed(lambda each: each[rows].float())
+
+    def _changed(self, change: Callable[[Tensor], Tensor]) -> "FrameTensors":
+        """Returns the frames with a function applied to each tensor."""
+        changed: dict[str, Any] = {name: None if each is None else change(each) for name, each in vars(self).items()}
+        return FrameTensors(**changed)
 
     def mirror(self) -> "FrameTensors":
         """Returns the mirror image of the frames. Betas do not change, since bodies are symmetric."""
@@ -111,7 +119,7 @@ class FrameTensors:
             return self
         kept = torch.ones(VERTEX.count, device=self.truth.device)
         kept[VERTEX["beginning"]] = 0
-        return FrameTensors(**(vars(self) | {"features": self.features * kept}))
+        return replace(self, features=self.features * kept)
 
 
 @cache

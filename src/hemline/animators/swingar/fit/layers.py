@@ -206,8 +206,12 @@ class _Rings:
     """1 for a vertex of the ring, 0 for a slot that is left over (verts, slots)."""
     back: Tensor
     """Number of the slot, of all, in which the vertex of a slot has this slot's vertex (verts, slots)."""
-    compiled: tuple[Tensor, Tensor, Tensor]
-    """What `ring_sums` takes: vertices, own slots and those of `back`; -1 where a slot is left over, int32."""
+    vertices: Tensor
+    """`ring`, int32."""
+    slots: Tensor
+    """Number of each slot, -1 for one that is left over, int32."""
+    back_slots: Tensor
+    """`back`, -1 for a slot that is left over, int32."""
 
     @classmethod
     def of(cls, graph: Graph, device: torch.device) -> "_Rings":
@@ -221,9 +225,9 @@ class _Rings:
             back = np.zeros(ring.shape, np.int64)
             back[rows, slots] = (rows * ring.shape[1] + slots)[order]
             own = np.where(real > 0, np.arange(ring.size).reshape(ring.shape), -1)
-            whole = (ring, own, np.where(real > 0, back, -1))
-            compiled = tuple(torch.from_numpy(each.astype(np.int32)).to(device) for each in whole)
-            copies[device] = cls(*(torch.from_numpy(each).to(device) for each in (ring, real, back)), compiled)
+            parts = ring, real, back, ring, own, np.where(real > 0, back, -1)
+            ring_at, real_at, back_at, *compiled = (torch.from_numpy(each).to(device) for each in parts)
+            copies[device] = cls(ring_at, real_at, back_at, *(each.int() for each in compiled))
         return copies[device]
 
 
@@ -267,16 +271,17 @@ class _SumOverRings(torch.autograd.Function):
 
 
 @cache
-def _has_triton() -> bool:
+def has_triton() -> bool:
+    """Tells whether Triton is here, which torch brings in its CUDA builds for Linux."""
     return find_spec("triton") is not None
 
 
 def _sum_over_rings(attention: Tensor, features: Tensor, rings: _Rings) -> Tensor:
     """Sums up the features of each ring, weighted by attention (frames, heads, verts, width)."""
-    if features.device.type == "cuda" and _has_triton():
+    if features.device.type == "cuda" and has_triton():
         from .ring_sums import SumOverRings
 
-        return SumOverRings.apply(attention, features, *rings.compiled)
+        return SumOverRings.apply(attention, features, rings.vertices, rings.slots, rings.back_slots)
     return _SumOverRings.apply(attention, features, rings)
 
 

@@ -3,8 +3,8 @@
 from typing import Any
 
 import torch
-import triton
-import triton.language as tl
+import triton  # pyright: ignore[reportMissingImports]
+import triton.language as tl  # pyright: ignore[reportMissingImports]
 from torch import Tensor
 
 VERTS = 16
@@ -74,7 +74,9 @@ class SumOverRings(torch.autograd.Function):
         count, width = features.shape[-2:]
         grid = (triton.cdiv(count, VERTS), attention.shape[0] * attention.shape[1])
         sizes = width, max(triton.next_power_of_2(width), 16)
-        _product_kernel[grid](features, given, ring, attention_back, count, features.stride(-2), ring.shape[1], *sizes)
+        _product_kernel[grid](  # pyright: ignore[reportIndexIssue]
+            features, given, ring, attention_back, count, features.stride(-2), ring.shape[1], *sizes
+        )
         return attention_back, _sum(given, width, attention, ring, back), None, None, None
 
 
@@ -83,5 +85,7 @@ def _sum(features: Tensor, stride: int, weights: Tensor, ring: Tensor, slots: Te
     out = torch.empty((frames, heads, count, width), device=features.device)
     grid = (triton.cdiv(count, VERTS), frames * heads)
     sizes = width, max(triton.next_power_of_2(width), 16)
-    _sum_kernel[grid](features, weights, ring, slots, out, count, stride, ring.shape[1], *sizes)
+    _sum_kernel[grid](  # pyright: ignore[reportIndexIssue]
+        features, weights, ring, slots, out, count, stride, ring.shape[1], *sizes
+    )
     return out
