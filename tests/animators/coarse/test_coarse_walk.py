@@ -15,7 +15,8 @@ from hemline.animators.coarse.fit.walk import TakeWalk, walk_takes
 from hemline.animators.coarse.model import CoarseAnimator
 from hemline.animators.coarse.relatives import Relatives
 from hemline.animators.coarse.weights import Weights
-from hemline.animators.swingar.fit.frame_tensors import HALF_PRECISION, FrameReader, FrameTensors, row_numbers
+from hemline.animators.swingar.fit.frame_reader import HALF_PRECISION, FrameReader, row_numbers
+from hemline.animators.swingar.fit.frame_tensors import FrameTensors
 from hemline.animators.swingar.fit.graph_samples import TakeSamples
 from hemline.animators.swingar.fit.mirror import mirror_garment
 from hemline.datasets import open_collection

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from torch import Tensor
 
+from hemline.animators.swingar.fit.frame_batch import FrameBatch
 from hemline.animators.swingar.fit.frame_tensors import FrameTensors
-from hemline.animators.swingar.fit.samples import FrameBatch
 from hemline.animators.swingar.garment_sample import GarmentSample
 from hemline.animators.swingar.graph import Graph
 from hemline.meshes import vertex_normals

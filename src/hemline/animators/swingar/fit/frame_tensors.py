@@ -1,33 +1,24 @@
 """Training frames as tensors on the device of the training."""
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import Any
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from hemline.animators.coarse.features.columns import VECTOR
 from hemline.animators.swingar.graph_inputs import VERTEX
-from hemline.arrays import Int
 from hemline.learning.mirror import opposite_joints
 from hemline.motions.motion import JOINT_COUNT
 
-from .samples import FrameBatch, TrainingSamples
+from .frame_batch import FrameBatch
 
 AXIS_ANGLE_SIGNS = (1.0, -1.0, -1.0)
 """Signs of a mirrored axis-angle."""
 TURN_SIGNS = (1.0, 1.0, -1.0, -1.0)
 """Signs of a mirrored quaternion, wxyz."""
-HALF_PRECISION = ("motion", "features", "turns")
-"""Fields that a device keeps in half precision, as files of frames do."""
-READERS = 8
-"""Number of threads that read frames for a device."""
-ROOM = 0.7
-"""Fraction of the free memory of a device that frames may occupy."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,56 +116,3 @@ class FrameTensors:
 @cache
 def _constant(values: tuple[float, ...], device: torch.device) -> Tensor:
     return torch.tensor(values, device=device)
-
-
-class FrameReader:
-    """Reads the frames of a training set as tensors on a device.
-
-    On the processor, frames are read from their files each time. The memory of another device holds the frames of as
-    many garments as it has room for; they are copied there when the reader is made.
-
-    Args:
-        samples: The training set.
-        device: The device.
-    """
-
-    def __init__(self, samples: TrainingSamples, device: torch.device):
-        self.samples, self.device = samples, device
-        self._rows = row_numbers(samples)
-        self._kept: dict[int, FrameTensors] = {}
-        if device.type == "cuda":
-            self._fill(int(ROOM * torch.cuda.mem_get_info(device)[0]))
-
-    def read(self, chosen: Int[np.ndarray, " frames"]) -> FrameTensors:
-        """Returns some samples, all of one garment, float32."""
-        kept = self._kept.get(int(self.samples.garment_of[chosen[0]]))
-        if kept is not None:
-            return kept.select(torch.from_numpy(self._rows[chosen]).to(self.device))
-        return FrameTensors.of(self.samples.frames(chosen), self.device)
-
-    def _fill(self, room: int) -> None:
-        """Copies garments to the device until they occupy a given memory [bytes]."""
-
-        def frames_of(garment: int) -> FrameTensors:
-            whole = self.samples.frames(np.flatnonzero(self.samples.garment_of == garment))
-            return FrameTensors.of(whole, torch.device("cpu"), halves=HALF_PRECISION)
-
-        garments = range(len(self.samples.garments))
-        with ThreadPoolExecutor(READERS) as readers:
-            for first in range(0, len(garments), READERS):
-                some = garments[first : first + READERS]
-                for garment, frames in zip(some, readers.map(frames_of, some), strict=True):
-                    room -= frames.byte_count
-                    if room < 0:
-                        return
-                    self._kept[garment] = frames.to(self.device)
-
-
-def row_numbers(samples: TrainingSamples) -> Int[np.ndarray, " samples"]:
-    """Returns the number of each sample among those of its garment."""
-    of = np.asarray(samples.garment_of)
-    order = np.argsort(of, kind="stable")
-    firsts = np.searchsorted(of[order], of[order])
-    rows = np.empty(len(of), np.int64)
-    rows[order] = np.arange(len(of)) - firsts
-    return rows

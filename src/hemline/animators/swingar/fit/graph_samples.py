@@ -16,8 +16,8 @@ from hemline.arrays import Bool, Float, Int
 from hemline.learning.fit.body_distance import BodyDistance
 from hemline.motions.motion import JOINT_COUNT
 
+from .frame_batch import FrameBatch
 from .frame_tensors import FrameTensors
-from .samples import FrameBatch
 
 MIN_SPREAD = 0.01
 """Smallest spread by which features are divided."""

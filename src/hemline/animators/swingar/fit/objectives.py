@@ -13,7 +13,8 @@ from hemline.arrays import Int
 from hemline.learning.mirror import opposite_joints
 
 from .estimator import Estimator, GarmentCode
-from .frame_tensors import FrameReader, FrameTensors, row_numbers
+from .frame_reader import FrameReader, row_numbers
+from .frame_tensors import FrameTensors
 from .losses import LossWeights, bend_loss, collision_loss, distance_loss, edge_loss, gravity_loss
 from .mirror import mirror_garment
 from .samples import TrainingSamples

@@ -16,7 +16,7 @@ from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer
 from hemline.options import check_options, fraction, not_negative, positive
 
 from .estimator import Estimator
-from .frame_tensors import FrameReader
+from .frame_reader import FrameReader
 from .losses import LossWeights
 from .objectives import SUPERVISED, CoarseObjective, CorrectiveObjective, Groups
 from .samples import TrainingSamples
