@@ -47,10 +47,11 @@ class Page:
         self.driver = driver
 
     def until(self, script: str):
-        """Wait until a line of JavaScript is true; its value."""
+        """Wait until a line of JavaScript is true; its value. The page's script may not have run yet."""
         from selenium.webdriver.support.ui import WebDriverWait
 
-        return WebDriverWait(self.driver, 30, 0.05).until(lambda driver: driver.execute_script(f"return {script}"))
+        ready = f"return typeof state !== 'undefined' && ({script})"
+        return WebDriverWait(self.driver, 30, 0.05).until(lambda driver: driver.execute_script(ready))
 
     def text(self, name: str) -> str:
         """What stands in an element."""
