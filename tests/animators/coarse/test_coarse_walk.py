@@ -175,10 +175,13 @@ def test_frames_are_read_by_their_numbers(frames):
     chosen = len(worn) + np.array([2, 0])
     read = FrameReader(samples, torch.device("cpu")).read(chosen)
     np.testing.assert_array_equal(read.truth, worn.truth[[2, 0]])
-    whole = FrameTensors.of(samples.frames(np.arange(len(worn))), torch.device("cpu"), halves=HALF_PRECISION)
-    picked = whole.select(torch.tensor([2, 0]))
-    np.testing.assert_array_equal(picked.truth, read.truth)
-    np.testing.assert_allclose(picked.features, read.features, atol=2e-3)
+    one = FrameTensors.of(samples.frames(np.arange(len(worn))), torch.device("cpu"), halves=HALF_PRECISION).byte_count
+    for room in (10 * one, one, 1):  # for both garments, for the first, for none
+        kept = FrameReader(samples, torch.device("cpu"), room)
+        for rows in (chosen, chosen - len(worn)):
+            picked = kept.read(rows)
+            np.testing.assert_array_equal(picked.truth, read.truth)
+            np.testing.assert_allclose(picked.features, read.features, atol=2e-3)
 
 
 def test_scales_are_mean_and_spread_of_what_is_learned_from(frames):

@@ -27,14 +27,17 @@ class FrameReader:
     Args:
         samples: The training set.
         device: The device.
+        room: Memory that frames may occupy [bytes]; None: `ROOM` of what a GPU has free, and none on the processor.
     """
 
-    def __init__(self, samples: TrainingSamples, device: torch.device):
+    def __init__(self, samples: TrainingSamples, device: torch.device, room: int | None = None):
         self.samples, self.device = samples, device
         self._rows = row_numbers(samples)
         self._kept: dict[int, FrameTensors] = {}
-        if device.type == "cuda":
-            self._fill(int(ROOM * torch.cuda.mem_get_info(device)[0]))
+        if room is None:
+            room = int(ROOM * torch.cuda.mem_get_info(device)[0]) if device.type == "cuda" else 0
+        if room:
+            self._fill(room)
 
     def read(self, chosen: Int[np.ndarray, " frames"]) -> FrameTensors:
         """Returns some samples, all of one garment, float32."""

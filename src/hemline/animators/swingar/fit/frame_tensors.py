@@ -89,10 +89,8 @@ class FrameTensors:
         split = 3 * JOINT_COUNT
         motion = torch.cat([mirror_axes(self.motion[..., :split]), self.motion[..., split:] * vector], dim=-1)
         body = torch.cat([self.body[:, :-split], mirror_axes(self.body[:, -split:])], dim=-1)
-        order, signs = VERTEX.mirror()
-        features = self.features
-        if features is not None:
-            features = features[..., torch.from_numpy(order).to(device)] * torch.from_numpy(signs).to(device)
+        order, signs = _mirrored_columns(device)
+        features = None if self.features is None else self.features[..., order] * signs
         return FrameTensors(
             motion,
             self.transforms[:, others] * vector[:, None] * torch.cat([vector, vector.new_ones(1)]),
@@ -116,3 +114,10 @@ class FrameTensors:
 @cache
 def _constant(values: tuple[float, ...], device: torch.device) -> Tensor:
     return torch.tensor(values, device=device)
+
+
+@cache
+def _mirrored_columns(device: torch.device) -> tuple[Tensor, Tensor]:
+    """Returns order and signs of mirrored features, see `FeatureTable.mirror`."""
+    order, signs = VERTEX.mirror()
+    return torch.from_numpy(order).to(device), torch.from_numpy(signs).to(device)

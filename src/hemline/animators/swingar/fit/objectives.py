@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -168,19 +169,18 @@ class CorrectiveObjective(_StageObjective):
 
     name = "corrective predictor"
 
-    def __init__(
-        self,
-        estimator: Estimator,
-        samples: TrainingSamples,
-        groups: Groups,
-        weights: LossWeights,
-        reader: FrameReader | None = None,
-    ):
-        super().__init__(estimator, samples, groups, weights, reader)
+    @cached_property
+    def _codes(self) -> list[GarmentCode]:
         with torch.no_grad():
-            self._codes = [encode(estimator, garment) for garment in samples.garments]
-        self._rows = row_numbers(samples)
-        self._known: dict[int, _CoarseFrames] = {}
+            return [encode(self.estimator, garment) for garment in self.data.garments]
+
+    @cached_property
+    def _rows(self) -> np.ndarray:
+        return row_numbers(self.data)
+
+    @cached_property
+    def _known(self) -> "dict[int, _CoarseFrames]":
+        return {}
 
     @property
     def parameters(self) -> Sequence[Tensor]:

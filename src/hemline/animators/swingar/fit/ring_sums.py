@@ -7,17 +7,17 @@ import triton  # pyright: ignore[reportMissingImports]
 import triton.language as tl  # pyright: ignore[reportMissingImports]
 from torch import Tensor
 
-VERTS = 16
+VERTS = tl.constexpr(16)
 """Vertices of one program."""
 
 
 @triton.jit(do_not_specialize=["count", "stride", "most"])
 def _sum_kernel(features, weights, ring, slots, out, count, stride, most, width: tl.constexpr, block: tl.constexpr):
     """Writes the sum over k of weights[b, slots[v, k]] features[b, ring[v, k]] to out[b, v]; a slot of -1 is none."""
-    verts = tl.program_id(0) * 16 + tl.arange(0, 16)
+    verts = tl.program_id(0) * VERTS + tl.arange(0, VERTS)
     batch, columns = tl.program_id(1).to(tl.int64), tl.arange(0, block)
     inside = verts < count
-    total = tl.zeros((16, block), tl.float32)
+    total = tl.zeros((VERTS, block), tl.float32)
     for k in range(most):
         other = tl.load(ring + verts * most + k, mask=inside, other=0)
         slot = tl.load(slots + verts * most + k, mask=inside, other=-1)
@@ -31,7 +31,7 @@ def _sum_kernel(features, weights, ring, slots, out, count, stride, most, width:
 @triton.jit(do_not_specialize=["count", "stride", "most"])
 def _product_kernel(features, backs, ring, out, count, stride, most, width: tl.constexpr, block: tl.constexpr):
     """Writes the product of features[b, ring[v, k]] and backs[b, v] to out[b, v, k]."""
-    verts = tl.program_id(0) * 16 + tl.arange(0, 16)
+    verts = tl.program_id(0) * VERTS + tl.arange(0, VERTS)
     batch, columns = tl.program_id(1).to(tl.int64), tl.arange(0, block)
     inside = verts < count
     held = inside[:, None] & (columns[None, :] < width)
@@ -72,7 +72,7 @@ class SumOverRings(torch.autograd.Function):
         given = backs[0].contiguous()
         attention_back = torch.empty_like(attention)
         count, width = features.shape[-2:]
-        grid = (triton.cdiv(count, VERTS), attention.shape[0] * attention.shape[1])
+        grid = (triton.cdiv(count, VERTS.value), attention.shape[0] * attention.shape[1])
         sizes = width, max(triton.next_power_of_2(width), 16)
         _product_kernel[grid](  # pyright: ignore[reportIndexIssue]
             features, given, ring, attention_back, count, features.stride(-2), ring.shape[1], *sizes
@@ -83,7 +83,7 @@ class SumOverRings(torch.autograd.Function):
 def _sum(features: Tensor, stride: int, weights: Tensor, ring: Tensor, slots: Tensor) -> Tensor:
     frames, heads, count, width = features.shape
     out = torch.empty((frames, heads, count, width), device=features.device)
-    grid = (triton.cdiv(count, VERTS), frames * heads)
+    grid = (triton.cdiv(count, VERTS.value), frames * heads)
     sizes = width, max(triton.next_power_of_2(width), 16)
     _sum_kernel[grid](  # pyright: ignore[reportIndexIssue]
         features, weights, ring, slots, out, count, stride, ring.shape[1], *sizes
