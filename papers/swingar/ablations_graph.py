@@ -41,8 +41,9 @@ TERMS: dict[str, dict[str, float]] = {
     "vertices alone": {"edge": 0.0, "bend": 0.0, "gravity": 0.0, "collision": 0.0},
     "with the collision loss": {"edge": 0.0, "bend": 0.0, "gravity": 0.0},
     "with all terms": {},
+    "with all terms, as the paper weights them": {"edge": 10.0, "bend": 3.0, "gravity": 0.2, "collision": 1.5},
 }
-"""Variants that continue from the plain network, with weights of the loss that are not the paper's."""
+"""Variants that continue from the plain network: the weights of the loss that are not those of `LossWeights`."""
 FRAMES, WARM_UP = 4, 50
 """Number of frames of a garment in a batch; number of steps over which the learning rate rises."""
 

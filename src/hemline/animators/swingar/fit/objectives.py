@@ -52,9 +52,9 @@ class _GroupDraw:
 
     chosen: np.ndarray
     """Numbers of the samples."""
-    mirrored: bool
+    mirrored: bool = False
     """Whether left and right are exchanged."""
-    forgetful: bool
+    forgetful: bool = False
     """Whether the features hide how the garment lay at the beginning."""
 
 
@@ -93,11 +93,15 @@ class _StageObjective:
     def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> Tensor:
         """Returns the sum of the weighted terms, averaged over the groups of a batch."""
         draws = [self._draw(random) for _ in chosen]
-        return torch.stack([self._terms(each) for each in draws[mine]]).mean()
+        factors = [float(self._factors[self.data.garment_of[each.chosen[0]]]) for each in draws[mine]]
+        terms = [factor * self._terms(each) for factor, each in zip(factors, draws[mine], strict=True)]
+        return torch.stack(terms).mean()
 
     def validation_loss(self, random: np.random.Generator) -> Tensor:
-        """Returns the mean distance of vertices, averaged over garments [m]."""
-        return torch.tensor(self.errors()).mean()
+        """Returns the weighted terms relative to the weight of the mean distance, averaged over garments [m]."""
+        with torch.no_grad():
+            found = [float(self._terms(_GroupDraw(frames))) for frames in validation_frames(self.data, self.groups)]
+        return torch.tensor(found).mean() / self.weights.vertex
 
     def errors(self) -> list[float]:
         """Returns the mean distance of vertices of each garment of the validation set [m]."""
@@ -146,7 +150,7 @@ class _StageObjective:
         if w.collision:
             heights = self.data.heights(number, vertices, frames)
             total = total + w.collision * collision_loss(heights, BODY_MARGIN)
-        return float(self._factors[number]) * total
+        return total
 
 
 class CoarseObjective(_StageObjective):

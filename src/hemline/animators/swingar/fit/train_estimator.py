@@ -23,6 +23,8 @@ from .samples import TrainingSamples
 
 STAGES = ("coarse", "coarse-all-terms", "corrective")
 """Stages in their order; the second one continues from the first with all terms of the loss."""
+TERM_RATE = 0.1
+"""Learning rate of the second stage, relative to the others: it refines weights that have been annealed."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class TrainingPlan:
     unknown: float = fraction(0.2)
     """Fraction of the groups whose features hide how the garment lay at the beginning."""
     rate: float = positive(1e-3)
-    """Initial learning rate of Adam."""
+    """Initial learning rate of Adam; that of the second stage is `TERM_RATE` times as large."""
     warm_up: int = not_negative(200)
     """Number of steps over which the learning rate rises."""
     clip: float = positive(1.0)
@@ -87,7 +89,8 @@ class Trained:
     arrays: dict[str, np.ndarray]
     """Weights by name, float32; see `estimator_config.weight_shapes`."""
     curves: dict[str, list[float]] = field(default_factory=dict)
-    """Validation error at the start of each stage and after each of its epochs [m]."""
+    """Validation loss at the start of each stage and after each of its epochs [m]: the mean distance, and in the stages
+    with all terms the others, weighted relative to it."""
     coarse_error: float = math.inf
     """Mean distance of held-out vertices without the corrective displacement [m]."""
     error: float = math.inf
@@ -120,7 +123,7 @@ def train_estimator(
         folder: Folder for checkpoints, one file for each stage; None keeps none.
         progress: Called with the stage, the epochs done and the number of epochs; its exceptions stop the training.
         start: Weights to continue from (fine-tuning); None draws them.
-        weights: Weights of the loss terms; None uses the paper's.
+        weights: Weights of the loss terms; None uses those of `LossWeights`.
         scales: Mean and spread of the features of vertices (features,); None uses 0 and 1. `start` overrides them.
 
     Raises:
@@ -147,9 +150,8 @@ def train_estimator(
         estimator.load_state_dict({name: torch.from_numpy(each) for name, each in start.items()})
 
     def train(stage: str, objective: CoarseObjective | CorrectiveObjective, epochs: int, patience: int = 0) -> None:
-        schedule = Schedule(
-            epochs, plan.garments, plan.rate, seed, plan.threads, plan.warm_up, plan.clip, patience=patience
-        )
+        rate = plan.rate * (TERM_RATE if stage == STAGES[1] else 1.0)
+        schedule = Schedule(epochs, plan.garments, rate, seed, plan.threads, plan.warm_up, plan.clip, patience=patience)
         trainer = Trainer(objective, schedule)
         checkpoint = None
         if folder:
