@@ -168,3 +168,63 @@ def _distance_squared(point, corner, a, b, c):
         offset = point[axis] - (a * corner[0, axis] + b * corner[1, axis] + c * corner[2, axis])
         total += offset * offset
     return total
+
+
+@kernel
+def order_by_halves(centres, leaf, leaves):
+    """Orders points so that each half, quarter, eighth and so on is compact, by splits along the widest axis.
+
+    Reads: centres (points, 3) [m]; leaf: points in a leaf; leaves: number of leaves, a power of two.
+    Returns: The numbers of the points, leaf by leaf (points,), int32.
+    """
+    order, stack = np.arange(len(centres)).astype(np.int32), np.empty((64, 3), np.int64)
+    stack[0, 0], stack[0, 1], stack[0, 2], depth = 0, len(centres), leaves, 1
+    while depth:
+        depth -= 1
+        start, end, under = stack[depth, 0], stack[depth, 1], stack[depth, 2]
+        if under == 1 or end - start <= leaf:
+            continue
+        axis, widest = 0, -1.0
+        for each in range(3):
+            low, high = np.inf, -np.inf
+            for k in range(start, end):
+                low, high = min(low, centres[order[k], each]), max(high, centres[order[k], each])
+            if high - low > widest:
+                axis, widest = each, high - low
+        middle = min(start + leaf * (under // 2), end)
+        if middle < end:
+            split_at(centres, axis, order, start, end, middle)
+        for first, last in ((start, middle), (middle, end)):
+            stack[depth, 0], stack[depth, 1], stack[depth, 2] = first, last, under // 2
+            depth += 1
+    return order
+
+
+@kernel
+def split_at(centres, axis, order, start, end, middle):
+    """Reorders order[start:end] so that no point before `middle` is farther along an axis than one after it.
+
+    Reads: centres (points, 3) [m]; axis; start, end, middle.
+    Writes: order (points,).
+
+    Source: Hoare, "Algorithm 65: Find", 1961.
+    """
+    low, high = start, end - 1
+    while low < high:
+        pivot = centres[order[(low + high) // 2], axis]
+        i, j = low, high
+        while i <= j:
+            while centres[order[i], axis] < pivot:
+                i += 1
+            while centres[order[j], axis] > pivot:
+                j -= 1
+            if i <= j:
+                order[i], order[j] = order[j], order[i]
+                i += 1
+                j -= 1
+        if middle <= j:
+            high = j
+        elif middle >= i:
+            low = i
+        else:
+            break

@@ -8,7 +8,7 @@ import numpy as np
 from hemline.arrays import Faces, Float, Int, Points, Vertices
 from hemline.errors import BadMesh
 
-from .closest_kernels import BoxTree, fill_boxes, nearest_points
+from .closest_kernels import BoxTree, fill_boxes, nearest_points, order_by_halves
 from .normals import face_normals
 
 _LEAF = 4
@@ -53,9 +53,10 @@ class ClosestTree:
     @cached_property
     def _tree(self) -> BoxTree:
         leaves = 1 << max(0, int(np.ceil(np.log2(max(1, len(self.faces) / _LEAF)))))
-        order = _halving_order(self.corners.mean(axis=1), leaves)
+        leaf = -(-len(self.faces) // leaves)
+        order = order_by_halves(self.corners.mean(axis=1), leaf, leaves)
         low, high = np.empty((2 * leaves - 1, 3)), np.empty((2 * leaves - 1, 3))
-        tree = BoxTree(self.corners, order, len(order) // leaves + (len(order) % leaves > 0), low, high)
+        tree = BoxTree(self.corners, order, leaf, low, high)
         fill_boxes(tree)
         return tree
 
@@ -136,21 +137,3 @@ def closest_points_on_mesh(points: Points, vertices: Vertices, faces: Faces) -> 
 def _sum_at(index: np.ndarray, vectors: np.ndarray, count: int) -> np.ndarray:
     """Returns the sums of vectors with the same index."""
     return np.stack([np.bincount(index, vectors[:, axis], count) for axis in range(3)], axis=1)
-
-
-def _halving_order(centres: np.ndarray, leaves: int) -> np.ndarray:
-    """Orders triangles so that each half, quarter, eighth ... is compact, by splits along the widest axis."""
-    order = np.arange(len(centres))
-    leaf = len(order) // leaves + (len(order) % leaves > 0)
-    parts = [(0, len(order), leaves)]
-    while parts:
-        start, end, under = parts.pop()
-        if under == 1 or end - start <= leaf:
-            continue
-        part = order[start:end]
-        axis = np.ptp(centres[part], axis=0).argmax()
-        middle = leaf * (under // 2)
-        if middle < end - start:
-            order[start:end] = part[np.argpartition(centres[part, axis], middle)]
-        parts += [(start, min(start + middle, end), under // 2), (min(start + middle, end), end, under // 2)]
-    return order.astype(np.int32)

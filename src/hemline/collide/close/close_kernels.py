@@ -17,6 +17,8 @@ TOLERANCE = np.float32(1.0005)
 """Length of an edge over its limit up to which it is left alone."""
 UNSETTLED = np.float32(2e-4)
 """A vertex that a half-space moves by more than this keeps the sweeps going [m]."""
+TOO_LONG = np.float32(1.02)
+"""Length of an edge over its limit from which it counts when the sweeps have ended."""
 
 
 class CloseModel(NamedTuple):
@@ -111,6 +113,21 @@ def shorten_block(model, longest, block, backwards, listed, moved, touched):
     return count
 
 
+@kernel(fastmath={"contract"})
+def count_long(edges, longest, moved):
+    """Counts the edges that are clearly too long.
+
+    Reads: edges (edges, 2); longest (edges,): longest lengths [m]; moved (verts, 3) [m].
+    Returns: The number of edges.
+    """
+    count = 0
+    for e in range(len(edges)):
+        a, b, most = _index(edges[e, 0]), _index(edges[e, 1]), TOO_LONG * longest[e]
+        x, y, z = moved[b, 0] - moved[a, 0], moved[b, 1] - moved[a, 1], moved[b, 2] - moved[a, 2]
+        count += x * x + y * y + z * z > most * most
+    return count
+
+
 @kernel
 def push_out(found, count, free, size, moved, touched):
     """Moves vertices into their half-spaces.
@@ -143,16 +160,17 @@ def sweep_constraints(skin, close, longest, found, count, limits, moved):
 
     Reads: skin; close: a `CloseModel`; longest (edges,): longest lengths [m]; found, count: the half-spaces; limits.
     Writes: moved (verts, 3) [m].
-    Returns: The number of constraints that the last sweep found violated.
+    Returns: The number of constraints that are clearly violated in the end: edges, and covered skin and half-spaces that
+        moved a vertex in the last sweep.
     """
-    model = close.fine
+    model, unsettled = close.fine, 0
     blocks, most, violated = len(model.block_start) - 1, 0, 0
     active, touched = np.ones(blocks, np.bool_), np.zeros(blocks, np.bool_)
     for block in range(blocks):
         most = max(most, model.block_start[block + 1] - model.block_start[block])
     listed = np.empty(most + 1, np.int64)
     for sweep in range(limits.fine_sweeps):
-        violated = 0
+        violated, unsettled = 0, 0
         for turn in range(blocks):
             block = turn if sweep % 2 == 0 else blocks - 1 - turn
             if active[block]:
@@ -168,9 +186,10 @@ def sweep_constraints(skin, close, longest, found, count, limits, moved):
                 1,
                 moved,
             )
-            violated += covers
+            unsettled += covers
             touched[:] = touched | (covers > 0)
-        violated += push_out(found, count, model.free, model.block_size, moved, touched)
+        unsettled += push_out(found, count, model.free, model.block_size, moved, touched)
+        violated += unsettled
         if violated == 0 and sweep > 0:
             break
         active[:] = False
@@ -179,7 +198,7 @@ def sweep_constraints(skin, close, longest, found, count, limits, moved):
                 touched[block] = False
                 for k in range(model.beside_start[block], model.beside_start[block + 1]):
                     active[model.beside[k]] = True
-    return violated
+    return unsettled + count_long(model.edges, longest, moved)
 
 
 @kernel
