@@ -160,8 +160,8 @@ def sweep_constraints(skin, close, longest, found, count, limits, moved):
 
     Reads: skin; close: a `CloseModel`; longest (edges,): longest lengths [m]; found, count: the half-spaces; limits.
     Writes: moved (verts, 3) [m].
-    Returns: The number of constraints that are clearly violated in the end: edges, and covered skin and half-spaces that
-        moved a vertex in the last sweep.
+    Returns: The number of constraints that are clearly violated in the end: edges, and covered skin and half-spaces
+        that moved a vertex in the last sweep.
     """
     model, unsettled = close.fine, 0
     blocks, most, violated = len(model.block_start) - 1, 0, 0
