@@ -161,3 +161,19 @@ def test_a_clip_at_twice_the_speed_takes_the_same_way_in_half_the_time():
 def test_clips_that_would_spoil_the_comparison_are_refused(clips, match):
     with pytest.raises(BadInput, match=f"clips must differ; got {match}"):
         open_clips(clips)
+
+
+def test_a_small_budget_settles_the_fewest_anchors_rather_than_none():
+    cost = 0.05 * 40 + 0.06
+    least = (BODIES * 3 + 20) * cost / (1 - RESERVE)
+    enough, too_little = (make_plan(METHODS, 0.05, 0.05, factor * least, 1) for factor in (1.01, 0.99))
+    assert (enough.anchors, "agentdress" in enough.methods) == (2, True)
+    assert enough.poses > 0
+    assert too_little.anchors == 0
+    assert any(reason.startswith("agentdress needs about") for reason in too_little.left_out)
+
+
+def test_time_is_shared_as_the_area_is():
+    plans = [make_plan(METHODS, hanging, 0.05, 3600, 2) for hanging in (0.25, 0.55)]
+    spent = [ropes_seconds(plan.frames, 1.0) + plan.seconds(0.05, 2, 1.0)["simulate"] for plan in plans]
+    assert spent[1] / spent[0] == pytest.approx(0.55 / 0.25, rel=0.05)

@@ -10,7 +10,7 @@ from .candidates import candidate_path, make_candidate, remove_unfinished, try_c
 from .clock import OutOfTime, time_text
 from .job import Job
 from .plan import LEAST_EFFORT, REPORT_S, TRIAL_S, agentdress_seconds, ropes_effort, ropes_seconds
-from .settings import FITTED, METHODS
+from .settings import FITTED, METHODS, UNFITTED
 from .slowness import measure_slowness
 from .trial import Played, Trial, run_trial
 
@@ -47,10 +47,19 @@ class Comparison:
         return (self.trial_s or now * TRIAL_S) * sum(each in FITTED for each in methods) + now * REPORT_S
 
     def compare_unfitted(self, methods: tuple[str, ...]) -> None:
-        """Compares those methods that need no fit, so that there is a model whatever happens later."""
+        """Compares those methods that need no fit, so that there is a model whatever happens later.
+
+        The one that is usually nearest to the simulation comes first: once a method has played, another is left out if
+        there is no time for it.
+        """
         job = self.job
-        for method in (each for each in methods if each not in FITTED):
-            job.clock.begin(f"comparing {method}", None)
+        for method in (each for each in UNFITTED if each in methods):
+            expected = self.trial_s + measure_slowness() * REPORT_S
+            if self.played and job.clock.remaining_s < expected:
+                left = time_text(max(0, job.clock.remaining_s))
+                self._leave_out(f"{method} needs about {time_text(expected)} with the report, and {left} are left.")
+                continue
+            job.clock.begin(f"comparing {method}", self.trial_s or None)
             before = job.work.spent_s
             self._compare(method, job.progress)
             self.trial_s = max(self.trial_s, job.work.spent_s - before)

@@ -25,7 +25,7 @@ from .plan import LEAST_EFFORT, RESERVE, DataPlan, agentdress_seconds, plan_data
 from .regions import Regions
 from .report import Report, write_report
 from .settings import MakeSettings
-from .simulations import probe_garment, settle_drapes, simulate_check, simulate_takes
+from .simulations import probe_garment, settle_drapes, shorten_check, simulate_check, simulate_takes
 from .slowness import measure_slowness
 from .trial import Trial, truth_trial
 from .work_folder import inputs_hash, open_work_folder
@@ -124,6 +124,7 @@ def _make(job: Job, path: Path) -> Outcome:
     work, clock = job.work, job.clock
     methods, left_out = _begin(job)
     regions, frame_s = probe_garment(job)
+    job = shorten_check(job, frame_s)
     check = simulate_check(job, frame_s)
     found = Comparison(job, check)
     found.compare_unfitted(methods)

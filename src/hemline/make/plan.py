@@ -23,8 +23,10 @@ BODIES = 17
 """Number of bodies on which an anchor is settled."""
 FEWEST_ANCHORS, MOST_ANCHORS = 2, 150
 """Number of anchors below which AgentDress is not fitted, and that of the paper."""
-ROPES_SHARE = 0.4
-"""Share of the time for rope chains if AgentDress is fitted too."""
+FEWEST_POSES = 20
+"""Number of further poses below which AgentDress is not fitted."""
+ANCHORS_SHARE = 0.55
+"""Share of the drapes that are anchors on all bodies, as far as there is time for more than the fewest."""
 SPEEDS = (1.0, 0.8, 1.25, 0.65)
 """Factors of the speed of clips, used one after another until there are enough frames."""
 
@@ -149,21 +151,27 @@ def plan_data(
     def frames_within(seconds: float) -> int:
         return min(most_frames, max(0, int((seconds - slowness * ROPES_START_S) / frame_cost)))
 
-    frames = frames_within((ROPES_SHARE if close else 1.0) * budget) if ropes else 0
+    # time is shared as the area is: hanging cloth is the part that rope chains play better
+    frames = frames_within((hanging if close else 1.0) * budget) if ropes else 0
     frames = frames if frames >= FEWEST_FRAMES else 0
     for_drapes = budget - (slowness * ROPES_START_S + frames * frame_cost if frames else 0.0)
     drapes = int(for_drapes / drape_cost) if close else 0
-    spread = max(round(0.55 * drapes / BODIES), (drapes - 2 * most_poses) // BODIES) - 1
-    anchors = min(MOST_ANCHORS, most_poses, max(0, spread))
+    least_drapes = BODIES * (FEWEST_ANCHORS + 1) + FEWEST_POSES
+    spread = max(round(ANCHORS_SHARE * drapes / BODIES), (drapes - 2 * most_poses) // BODIES) - 1
+    spread = max(spread, FEWEST_ANCHORS) if drapes >= least_drapes else 0
+    anchors = min(MOST_ANCHORS, most_poses, spread)
     if close and anchors < FEWEST_ANCHORS:
         close = False
-        need = (FEWEST_ANCHORS + 1) * BODIES / 0.55 * drape_cost
-        left_out.append(f"agentdress needs about {need / 60:.0f} minutes of drapes for this garment.")
+        need = least_drapes * drape_cost
+        left_out.append(
+            f"agentdress needs about {minutes_text(need)} of drapes for this garment, "
+            f"and there are {minutes_text(for_drapes)}."
+        )
         frames = frames_within(budget) if ropes else 0
     if ropes and frames < FEWEST_FRAMES:
         ropes = False
         need = slowness * ROPES_START_S + FEWEST_FRAMES * frame_cost
-        left_out.append(f"ropes needs about {max(1, need / 60):.0f} minutes of simulation and training.")
+        left_out.append(f"ropes needs about {minutes_text(need)} of simulation and training.")
     rest = max(0, drapes - BODIES * (anchors + 1))
     poses = min(most_poses, round(0.75 * rest))
     kept = tuple(method for method in methods if (method != "ropes" or ropes) and (method != "agentdress" or close))
@@ -175,3 +183,9 @@ def plan_data(
         min(most_poses, rest - poses) if close else 0,
         tuple(left_out),
     )
+
+
+def minutes_text(seconds: float) -> str:
+    """Returns a time as text, such as "1 minute" or "12 minutes"."""
+    minutes = max(0, round(seconds / 60))
+    return f"{minutes} minute" + ("" if minutes == 1 else "s")

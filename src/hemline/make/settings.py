@@ -8,7 +8,9 @@ from hemline.options import check_options, not_negative, positive
 METHODS = ("agentdress", "ropes", "lag", "swingar", "live")
 """Animators that are compared; each is the `--animator` of that name."""
 FITTED = ("agentdress", "ropes")
-"""Methods that are fitted to the garment. The others play any mesh."""
+"""Methods that are fitted to the garment."""
+UNFITTED = ("live", "lag", "swingar")
+"""Methods that play any mesh, the one that is usually nearest to the simulation first."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,8 @@ class MakeSettings:
     animator: str = ""
     """Method to use: agentdress, ropes, lag, swingar or live. By default all suitable ones are compared."""
     seconds: float = positive(3.0)
-    """Length of the clip on which methods are compared [s]."""
+    """Length of the clip on which methods are compared [s].
+    It is shorter where its simulation would take more than 15 % of the time."""
     seed: int = not_negative(0)
     """Seed of the fit and of the choice of poses. The same seed gives the same model on one machine."""
 

@@ -1,13 +1,14 @@
 """Simulates and settles what methods are fitted to and compared on, within the time that there is."""
 
 import time
+from dataclasses import replace
 
 from hemline import sim
 from hemline.datasets import Dataset
 from hemline.errors import SimulationFailed
 from hemline.motions import open_motion
 
-from .clips import clean_part, requests
+from .clips import FPS, clean_part, requests
 from .clock import OutOfTime
 from .job import Job
 from .plan import DataPlan
@@ -15,6 +16,8 @@ from .regions import Regions
 
 PROBE_CLIP, PROBE_FRAMES = "turn", slice(30, 91)
 """Clip, and its frames, on which it is measured where the garment hangs."""
+CHECK_SHARE, LEAST_CHECK_S = 0.15, 1.0
+"""Share of the time that may be spent on simulating the clip for the comparison, and its least length [s]."""
 
 
 def probe_garment(job: Job) -> tuple[Regions, float]:
@@ -38,6 +41,17 @@ def probe_garment(job: Job) -> tuple[Regions, float]:
     regions = Regions.of(probe.take(row), rest, garment.faces, job.body)
     work.note(frame_s=frame_s)
     return regions, frame_s
+
+
+def shorten_check(job: Job, frame_s: float) -> Job:
+    """Returns the run with a clip for the comparison that takes no more than `CHECK_SHARE` of the time to simulate.
+
+    Args:
+        job: The run.
+        frame_s: Time of a simulated frame in one process [s].
+    """
+    frames = max(round(LEAST_CHECK_S * FPS) + 1, int(CHECK_SHARE * job.clock.total_s / max(frame_s, 1e-6)))
+    return job if frames >= len(job.check) else replace(job, check=job.check[:frames])
 
 
 def simulate_check(job: Job, frame_s: float) -> Dataset:
