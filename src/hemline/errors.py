@@ -24,6 +24,8 @@ Every message states what is wrong, what was found and the cure: `skirt.toml: pi
 vertices; count from 0`.
 """
 
+from collections.abc import Sequence
+
 
 class HemlineError(Exception):
     """Base class of all exceptions that hemline raises on purpose."""
@@ -130,6 +132,12 @@ class HemlineWarning(UserWarning):
 
     def __reduce__(self):
         return type(self), (self.what, self.got, self.cure)
+
+
+def list_names(names: Sequence[str], most: int = 12) -> str:
+    """Returns names as text with commas, such as "a, b and 3 more" if there are more than `most`."""
+    shown = ", ".join(names[:most])
+    return f"{shown} and {len(names) - most} more" if len(names) > most else shown
 
 
 def _one_line(what: str, got: object, cure: str) -> str:

@@ -9,7 +9,7 @@ from hemline.animators import settle
 from hemline.animators.settle import separate_garments, settle_garment
 from hemline.collide import inside
 from hemline.collide.layers.closed_cloth import ClosedCloth
-from hemline.errors import SimulationFailed
+from hemline.errors import HemlineWarning, SimulationFailed
 from hemline.garments import coarser_garment, wear_together
 from hemline.meshes import crossing_edges, edges
 
@@ -75,12 +75,31 @@ def test_a_garment_through_itself_is_refused_as_it_was(monkeypatch, shaped, thro
 
 
 def test_one_garment_that_does_not_settle_is_refused(monkeypatch, shaped, through):
-    def rest_state(garment, shaped, settings):
-        raise SimulationFailed("tangled")
+    def rest_state(garment, shaped, settings, max_crossing=None):
+        raise SimulationFailed("tangled" if max_crossing is None else "more tangled")
 
     monkeypatch.setattr(settle, "rest_state", rest_state)
     with pytest.raises(SimulationFailed, match="^tangled$"):
         settle_garment(garments.load("cape-light"), shaped)
+
+
+def test_one_garment_with_a_few_tangles_is_played_and_it_is_said(monkeypatch, shaped):
+    cape = garments.load("cape-light")
+    found = settle.rest_state
+    limits = []
+
+    def rest_state(garment, shaped, settings, max_crossing=None):
+        limits.append(max_crossing)
+        if max_crossing is None:
+            raise SimulationFailed("tangled")
+        return found(garment, shaped, settings, max_crossing=max_crossing)
+
+    coarse, _ = coarser_garment(cape, 0.05)
+    monkeypatch.setattr(settle, "rest_state", rest_state)
+    with pytest.warns(HemlineWarning, match="goes through itself at rest; got 0.0 % of its edges"):
+        rest = settle_garment(coarse, shaped)
+    assert limits == [None, settle.MOST_CROSSING]
+    assert not inside(shaped.vertices, shaped.body.faces, rest.astype(np.float32)).any()
 
 
 @pytest.mark.slow

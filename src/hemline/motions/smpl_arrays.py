@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from hemline.errors import BadMotion
+from hemline.errors import BadMotion, list_names
 from hemline.files import Unreadable, npz_arrays, npz_names, read_bytes
 
 from .motion import FRAMES_MAX, check_rate
@@ -99,7 +99,7 @@ def _rotations(arrays: Mapping[str, np.ndarray], there: tuple[str, ...], path: P
         return _as_quaternions(arrays[whole], whole, _COUNTS, path)[:, :JOINTS], whole
     root, body = (next((name for name in names if name in arrays), None) for names in (ROOT, BODY))
     if root is None or body is None:
-        got = f"the arrays {', '.join(there[:12])}" if there else "no array"
+        got = f"the arrays {list_names(there)}" if there else "no array"
         cure = "name a file with poses and trans, or global_orient, body_pose and transl"
         raise BadMotion(f"{path} has no poses of SMPL", got, cure)
     first = _as_quaternions(arrays[root], root, (1,), path)

@@ -8,7 +8,7 @@ import numpy as np
 from hemline.arrays import Float, Int, Joints
 from hemline.bodies.body import Body
 from hemline.bodies.model import INFLUENCES
-from hemline.errors import BadBody, BadMotion
+from hemline.errors import BadBody, BadMotion, list_names
 from hemline.motions import JOINT_NAMES, PARENTS
 from hemline.motions.rigs.gltf_clip import animation_names
 from hemline.motions.rigs.gltf_rig import GltfRig, read_rig
@@ -126,7 +126,7 @@ def read_character(path: str | Path, *, height: float | None = None, unit: str |
         rest_offsets=_rest_offsets(character),
         licence=_licence(character.rig),
     )
-    heads = ", ".join(animation_names(character.rig.gltf)[:12])
+    heads = list_names(animation_names(character.rig.gltf))
     animation_notes = (f"animations: {heads}",) if heads else ()
     size = f"{np.ptp(closed.vertices[:, 1]):.2f} m tall, {len(closed.vertices)} vertices, {len(closed.faces)} triangles"
     notes = (size, *character.notes, *mesh.notes, *closed.notes, *animation_notes)

@@ -6,7 +6,7 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 from hemline.bodies.smpl.smpl_holes import close_holes
-from hemline.errors import BadBody, BadMesh
+from hemline.errors import BadBody, BadMesh, list_names
 from hemline.meshes import coarsen, components, consistent_winding, face_areas, shell
 from hemline.motions import JOINT_NAMES
 
@@ -179,7 +179,7 @@ def _describe_skin(mesh: CharacterMesh, part: np.ndarray, body: int, caps: int) 
     others = np.unique(mesh.parts[part != body])
     if len(others):
         count = len(np.unique(part)) - 1
-        named = ", ".join(f"'{mesh.names[each]}'" for each in others[:8]) + (", ..." if len(others) > 8 else "")
+        named = list_names([f"'{mesh.names[each]}'" for each in others], 8)
         notes.append(f"left out of it: {count} other part{'s' if count > 1 else ''}, of {named}")
     return notes
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hemline.errors import list_names
+
 if TYPE_CHECKING:
     from hemline.bodies import Character
     from hemline.bodies.character.character_mesh import CharacterMesh
@@ -49,8 +51,8 @@ def explain_character(path: Path, picture: Path) -> Iterator[str]:
         surface = f"a shell around all parts but hair and eyes, which 'hemline body' makes in some seconds, since {own}"
     yield f"surface: {surface}"
     heads = animation_names(character.rig.gltf)
-    names = ", ".join(f"'{name}'" for name in mesh.names[:_NAMES]) + (", ..." if len(mesh.names) > _NAMES else "")
-    animations = f"animations: {', '.join(heads[:_NAMES])}" if heads else "no animations"
+    names = list_names([f"'{name}'" for name in mesh.names], _NAMES)
+    animations = f"animations: {list_names(heads, _NAMES)}" if heads else "no animations"
     yield f"meshes: {'; '.join((names, *mesh.notes, animations))}"
     _draw(picture, character, mesh)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.errors import OffBody
+from hemline.errors import OffBody, list_names
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -198,8 +198,7 @@ def _openings(garment: "Garment", shaped: "ShapedBody") -> str:
     for rim in (each.at(placed) for each in _rims(placed, garment.faces)):
         near = JOINT_NAMES[int(np.linalg.norm(shaped.joints - rim.points[-1], axis=1).argmin())]
         named.append(f"{near} {rim.length:.2f} m" + ("" if rim.has_limb(skeleton) else " (no limb through it)"))
-    shown = ", ".join(named[:_FULL_LIST]) + (f" and {len(named) - _FULL_LIST} more" if len(named) > _FULL_LIST else "")
-    return f"{len(named)} ({shown})" if named else "none"
+    return f"{len(named)} ({list_names(named, _FULL_LIST)})" if named else "none"
 
 
 def _rest_of_file(source: "GarmentSource", cloth: np.ndarray, up: str) -> list:

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
 _SIZE = (300, 420)
 _BONES = (0.20, 0.42, 0.62)
-_LONGEST_NOTE = 120
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +134,6 @@ def _up_line(motion: "Motion", places: Float[np.ndarray, "frames joints 3"]) -> 
 
 
 def _notes(motion: "Motion") -> str:
-    """Returns the notes that no other line holds, each cut to a length that can be read."""
+    """Returns the notes that no other line holds."""
     others = [note for note in motion.notes if not note.startswith(("joints found", "zero pose", "the zero"))]
-    return "; ".join(note if len(note) <= _LONGEST_NOTE else f"{note[:_LONGEST_NOTE]} ..." for note in others)
+    return "; ".join(others)

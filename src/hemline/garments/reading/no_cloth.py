@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from hemline.errors import BadGarment
+from hemline.errors import BadGarment, list_names
 from hemline.meshes import ClosestTree, ReadMesh, boundary_loops
 
 from .part_shapes import PartShapes, part_shapes
@@ -160,7 +160,7 @@ def refuse_several(mesh: ReadMesh, file: str) -> ReadMesh:
         kept = np.flatnonzero(shapes.face_parts == first)
         return mesh.with_faces(kept, f"left out: {len(apart) - 1} copies of the garment, which stand beside it")
     cure = f"name one: {file}:" + (shapes.names[first].split("\n")[0] or str(int(first)))
-    got = ", ".join(shapes.name(int(part)) for part in apart[:8])
+    got = list_names([shapes.name(int(part)) for part in apart], 8)
     raise BadGarment(f"{file} holds {len(apart)} garments beside each other", got, cure)
 
 

@@ -112,8 +112,10 @@ def move_outside_body(vertices: Vertices, tree: ClosestTree, name: str) -> Place
     close = distance < CLEARANCE
     if not close.any():
         return PlacedVertices(vertices.copy(), ())
+    moved = f"{close.sum()} were moved to {1000 * CLEARANCE:.0f} mm outside"
     note = (
-        f"{inside.sum()} vertices were inside the body at rest, the deepest {deepest:.1f} mm; "
-        f"{close.sum()} were moved to {1000 * CLEARANCE:.0f} mm outside"
+        f"{inside.sum()} vertices were inside the body at rest, the deepest {deepest:.1f} mm; {moved}"
+        if inside.any()
+        else f"vertices closer to the body at rest: {moved}"
     )
     return PlacedVertices(push_out_of_body(vertices, tree, CLEARANCE), (note,))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hemline.arrays import Int
-from hemline.errors import BadGarment
+from hemline.errors import BadGarment, list_names
 from hemline.garments.pin_rules import PinGroup, PinRule
 from hemline.garments.quote import quote
 from hemline.meshes import ReadMesh
@@ -56,7 +56,7 @@ def _ids(rule: tuple[int, ...] | str | None, mesh: ReadMesh, name: str) -> PinRu
     ids = _in_group(mesh, value) if kind == "group" else _of_colour(mesh, value, rule or "", name)
     if not len(ids):
         known = sorted({*mesh.marks, *(each for label in mesh.labels for each in label if each)})
-        has = ", ".join(each[:40] for each in known[:12]) or "none"
+        has = list_names([each[:40] for each in known]) or "none"
         got = (
             f"groups: {has}" if kind == "group" else "colours without it" if mesh.colours is not None else "no colours"
         )

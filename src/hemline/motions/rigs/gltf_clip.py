@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline.arrays import Float
-from hemline.errors import BadMotion
+from hemline.errors import BadMotion, list_names
 from hemline.files.gltf import SCENES, Gltf
 from hemline.files.gltf_nodes import Nodes, matrices
 from hemline.motions.bvh import Bvh
@@ -82,7 +82,7 @@ def _choose_animation(gltf: Gltf, file: Path, name: str | None) -> dict:
         raise BadMotion(f"{file} has no animation", "none", "name a file with one, or a .bvh")
     twice = len(set(names)) < len(names)  # numbers tell equal names apart
     listed = [f"{number} '{each[:60]}'" if twice else each[:60] for number, each in enumerate(names)]
-    shown = ", ".join(listed[:12]) + (", ..." if len(names) > 12 else "")
+    shown = list_names(listed)
     first = "0" if twice else names[0]
     if name is None:
         if len(animations) > 1:

@@ -83,7 +83,8 @@ def settle(
     if method == "walked":
         start = start or rest_state(garment, shaped, settings)
         _check_drape(start, shaped)
-        return Settling(garment, shaped, pose, settings, start, tolerance, garment, refuse=False).run_walk()
+        walked = Settling(garment, shaped, pose, settings, start, tolerance, garment, refuse=False, max_crossing=1.0)
+        return walked.run_walk()
     return _settle(garment, shaped, pose, settings, start, tolerance, method)
 
 
@@ -105,10 +106,24 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
     return rest_state(garment, shaped, settings).take()
 
 
-def rest_state(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Rest:
-    """Settles a garment in the rest pose of a body, see `rest_drape`; returns all that is known about the result."""
+def rest_state(
+    garment: Garment,
+    shaped: "ShapedBody",
+    settings: SimSettings | None = None,
+    *,
+    max_crossing: float | None = None,
+) -> Rest:
+    """Settles a garment in the rest pose of a body, see `rest_drape`; returns all that is known about the result.
+
+    Args:
+        garment: The garment.
+        shaped: The body.
+        settings: Settings of the simulator; the wind is ignored.
+        max_crossing: Largest fraction of edges that may cross the cloth; None for that of `rest_drape`.
+    """
     quiet = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
-    return _settle(garment, shaped, shaped.rest_pose, quiet, None, TAKE_START_TOLERANCE, refuse=False)
+    pose, tolerance = shaped.rest_pose, TAKE_START_TOLERANCE
+    return _settle(garment, shaped, pose, quiet, None, tolerance, refuse=False, max_crossing=max_crossing)
 
 
 def _settle(
@@ -121,6 +136,7 @@ def _settle(
     method: Method = "newton",
     *,
     refuse: bool = True,
+    max_crossing: float | None = None,
 ) -> Rest:
     """Settles a garment that is first dressed on the shape of the body.
 
@@ -130,16 +146,18 @@ def _settle(
     Raises:
         SimulationFailed: Both failed; the message is that of the first.
     """
-    settling = partial(Settling, garment, shaped, pose, settings, start, tolerance)
+    settling = partial(
+        Settling, garment, shaped, pose, settings, start, tolerance, refuse=refuse, max_crossing=max_crossing
+    )
     # a settled start needs no dressing
     start_garment = garment if start is not None else garment.dressed(shaped)
     try:
-        return settling(start_garment, refuse=refuse).run(method)
+        return settling(start_garment).run(method)
     except SimulationFailed as failure:
         if start_garment is garment:
             raise
         try:
-            return settling(garment, refuse=refuse).run(method)
+            return settling(garment).run(method)
         except SimulationFailed:
             raise failure from None
 

@@ -73,6 +73,7 @@ class Settling:
         tolerance: Mean residual force that counts as equilibrium, over the mean weight of a vertex.
         start_garment: The garment with the start positions, used if `start` is None.
         refuse: Whether to raise an error if no equilibrium is found. Otherwise the result is where damped dynamics end.
+        max_crossing: Largest fraction of edges that may cross the cloth; None for the usual limit.
 
     Attributes:
         newton_steps: Newton steps so far.
@@ -91,9 +92,11 @@ class Settling:
         start_garment: Garment,
         *,
         refuse: bool,
+        max_crossing: float | None = None,
     ):
         self.garment, self.shaped, self.pose, self.settings = garment, shaped, pose, settings
         self.start, self.tolerance, self.start_garment, self.refuse = start, tolerance, start_garment, refuse
+        self.max_crossing = max_crossing or (MAX_CROSSING_RATIO if refuse else MAX_CROSSING_RATIO_AT_START)
         self.dressed = DressedBody(garment, shaped, settings)
         self.newton_steps = self.solver_steps = 0
         self.method = "newton"
@@ -124,7 +127,7 @@ class Settling:
         state = walk_into_pose(self.dressed, self._frame_end(posed), self.start.positions, self.pose)
         search = self._search(state.pinched, self.dressed.scene(posed))
         result = search.run(state.positions, None, tolerance=np.inf, newton_steps=0)
-        return accept(self._rest(posed, result, state.pinched, "walked", max_crossing_ratio=1.0), state)
+        return accept(self._rest(posed, result, state.pinched, "walked"), state)
 
     def _origin(self) -> tuple["PosedBody", Positions, FrictionAnchors | None]:
         """Returns the body on which the cloth is known, its positions there, and its friction anchors."""
@@ -268,8 +271,6 @@ class Settling:
         result: Equilibrium,
         pinched: Mask,
         method: str,
-        *,
-        max_crossing_ratio: float | None = None,
     ) -> Rest:
         """Returns the settled garment with its figures.
 
@@ -286,8 +287,7 @@ class Settling:
         within = inside(posed.vertices, posed.faces, vertices)
         crossing = 0.0
         if self.settings.self_contact:
-            limit = max_crossing_ratio or (MAX_CROSSING_RATIO if self.refuse else MAX_CROSSING_RATIO_AT_START)
-            crossing = refuse_tangles(self.garment.name, sheet, vertices, posed, pinched, limit=limit)
+            crossing = refuse_tangles(self.garment.name, sheet, vertices, posed, pinched, limit=self.max_crossing)
         deepest = self._frame_end(posed).clean(posed, positions, 1.0).deepest_mm if within.any() else 0.0
         return Rest(
             garment=self.garment,
