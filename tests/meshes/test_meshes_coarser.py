@@ -138,3 +138,14 @@ def test_too_few_are_refused():
     vertices, faces = grid(10, 10)
     with pytest.raises(BadMesh, match="a coarser mesh has 8 vertices or more; got 7; keep a larger share"):
         coarsen(vertices, faces, 7)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_triangle_of_crumpled_cloth_is_thin_when_it_is_laid_flat(seed):
+    vertices, faces = sphere(4)
+    noise = np.random.default_rng(seed).normal(size=(len(vertices), 1))
+    coarse = coarsen((vertices * (1 + 0.06 * noise)).astype(np.float32), faces, len(vertices) // 5)
+    one, two = coarse.rest_edges[:, :, 0], coarse.rest_edges[:, :, 1]
+    area = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
+    longest = np.linalg.norm(np.stack([one, two, two - one]), axis=2).max(axis=0)
+    assert (area / (np.sqrt(3) / 2 * longest**2)).min() > 0.079

@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
-FRAMES_PER_DRAPE = 40.0
+FRAMES_PER_DRAPE = 25.0
 """Cost of one settled drape, in simulated frames of the same garment."""
 ROPES_START_S, ROPES_FRAME_S, ROPES_TRAINED_FRAME_S = 20.0, 0.045, 0.075
 """Time of a fit of rope chains: at the start, for each frame, and for the training on each frame [s], at slowness 1."""

@@ -43,8 +43,7 @@ def coarsen(
 
     Rims keep their line, closed parts stay closed, and no triangle flips or becomes thin. Flat triangles are updated as
     well: the cloth around a removed vertex is laid flat, and new edges are measured there, so that cloth with a
-        flat
-    pattern keeps that pattern.
+    flat pattern keeps that pattern.
 
     Args:
         vertices: Positions [m].

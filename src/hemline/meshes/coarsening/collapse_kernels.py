@@ -11,6 +11,9 @@ from .fan_kernels import MAX_FACES, corner_of, flatten_fan
 
 THINNEST = 0.15
 """Least area of a new triangle, as a fraction of the equilateral one on its longest edge."""
+THINNEST_ALONG = 0.08
+"""The same of a triangle with the lengths along the cloth that it gets, which differ from those of the flat fan where
+that was scaled to a full turn, or where an edge is there already."""
 _EQUILATERAL = math.sqrt(3.0) / 2
 
 
@@ -35,13 +38,48 @@ def _common_neighbours(mesh, fan, size, target):
 
 
 @kernel
-def _stays(fan, count, target):
-    """Tells whether no triangle flips or becomes thin when the vertex of a fan collapses onto a target.
+def _lengths_there(mesh, vertex, fan, count, target):
+    """Finds the edges that lead from a target to neighbours in the ring already.
 
-    Reads: fan; count: faces of the fan; target: place in the ring.
+    Reads: mesh; vertex; fan: that of the vertex; count: faces of the fan; target: place in the ring.
+    Returns: The neighbour before the target and the one after it, -1 where there is none, and the lengths of the edges
+        along the cloth [m].
+    """
+    goal, before, after, length_before, length_after = fan.ring[target], -1, -1, 0.0, 0.0
+    for i in range(count):
+        if fan.ring[i] != goal and fan.ring[i + 1] != goal:
+            continue
+        face = fan.faces[i]
+        length = mesh.lengths[face, (corner_of(mesh.faces, face, vertex) + 1) % 3]
+        if fan.ring[i] == goal:
+            after, length_after = fan.ring[i + 1], length
+        else:
+            before, length_before = fan.ring[i], length
+    return before, after, length_before, length_after
+
+
+@kernel
+def _length_to(fan, place, target, there):
+    """Computes the length along the cloth that the edge from a target to a place of the ring gets.
+
+    Reads: fan; place, target: places in the ring; there: what `_lengths_there` returns.
+    Returns: The length [m].
+    """
+    if fan.ring[place] == there[0]:
+        return there[2]
+    if fan.ring[place] == there[1]:
+        return there[3]
+    return math.hypot(fan.flat[place, 0] - fan.flat[target, 0], fan.flat[place, 1] - fan.flat[target, 1])
+
+
+@kernel
+def _stays(mesh, vertex, fan, count, target):
+    """Tells whether no triangle flips or becomes thin when a vertex collapses onto a target.
+
+    Reads: mesh; vertex; fan: that of the vertex; count: faces of the fan; target: place in the ring.
     Returns: Whether all triangles stay sound.
     """
-    goal = fan.ring[target]
+    goal, there = fan.ring[target], _lengths_there(mesh, vertex, fan, count, target)
     for i in range(count):
         if fan.ring[i] == goal or fan.ring[i + 1] == goal:
             continue
@@ -49,6 +87,14 @@ def _stays(fan, count, target):
         bx, by = fan.flat[i + 1, 0] - fan.flat[target, 0], fan.flat[i + 1, 1] - fan.flat[target, 1]
         longest = max(ax * ax + ay * ay, bx * bx + by * by, (ax - bx) ** 2 + (ay - by) ** 2)
         if ax * by - ay * bx < THINNEST * _EQUILATERAL * longest:
+            return False
+        face = fan.faces[i]
+        a, b = _length_to(fan, i, target, there), _length_to(fan, i + 1, target, there)
+        c = mesh.lengths[face, (corner_of(mesh.faces, face, vertex) + 1) % 3]
+        # Heron's formula for the square of four times the area
+        square = (a + b + c) * (b + c - a) * (a + c - b) * (a + b - c)
+        least = 2 * THINNEST_ALONG * _EQUILATERAL * max(a, b, c) ** 2
+        if square < least * least:
             return False
     return True
 
@@ -108,7 +154,7 @@ def best_collapse(mesh, vertex, evenness, fan):
             dx, dy = fan.flat[i, 0] - fan.flat[target, 0], fan.flat[i, 1] - fan.flat[target, 1]
             longest = max(longest, dx * dx + dy * dy)
         cost = max(bent, 0.0) + evenness * longest * longest
-        if cost < best and _stays(fan, count, target):
+        if cost < best and _stays(mesh, vertex, fan, count, target):
             best, place = cost, target
     return best, place
 
@@ -134,27 +180,17 @@ def _collapse(mesh, vertex, fan, count, target):
     Reads: vertex; fan: that of the vertex; count: faces of the fan; target: place in the ring.
     Writes: mesh.
     """
-    goal = fan.ring[target]
-    known, known_length = np.full(2, -1), np.empty(2)
+    goal, there = fan.ring[target], _lengths_there(mesh, vertex, fan, count, target)
     for i in range(count):
         face = fan.faces[i]
         if fan.ring[i] == goal or fan.ring[i + 1] == goal:
-            side = 0 if fan.ring[i] == goal else 1
-            known[side] = fan.ring[i + 1] if side == 0 else fan.ring[i]
-            known_length[side] = mesh.lengths[face, (corner_of(mesh.faces, face, vertex) + 1) % 3]
             _drop(mesh, fan.ring[i], face)
             _drop(mesh, fan.ring[i + 1], face)
             mesh.faces[face, 0] = -1
-    for i in range(count):
-        face = fan.faces[i]
-        if mesh.faces[face, 0] < 0:
             continue
         corner = corner_of(mesh.faces, face, vertex)
-        for at, edge in ((i, corner), (i + 1, (corner + 2) % 3)):
-            length = math.hypot(fan.flat[at, 0] - fan.flat[target, 0], fan.flat[at, 1] - fan.flat[target, 1])
-            for side in range(2):
-                length = known_length[side] if known[side] == fan.ring[at] else length
-            mesh.lengths[face, edge] = length
+        mesh.lengths[face, corner] = _length_to(fan, i, target, there)
+        mesh.lengths[face, (corner + 2) % 3] = _length_to(fan, i + 1, target, there)
         mesh.faces[face, corner] = goal
         mesh.around[goal, mesh.counts[goal]] = face
         mesh.counts[goal] += 1
