@@ -11,6 +11,7 @@ from hemline.errors import BadInput
 from hemline.make.clips import FPS, at_speed, clean_part, open_clips, requests
 from hemline.make.plan import (
     BODIES,
+    FRAMES_PER_DRAPE,
     LEAST_EFFORT,
     RESERVE,
     DataPlan,
@@ -93,7 +94,7 @@ def test_no_more_drapes_are_planned_than_the_clips_have_poses(minutes, hanging):
 def test_time_that_the_clips_do_not_take_is_planned_for_drapes(minutes, frame_s):
     plan = make_plan(METHODS, 0.4, frame_s, 60 * minutes, 2, most_frames=3630)
     if plan.anchors:
-        cost = frame_s * 40 / 2 + 1
+        cost = frame_s * FRAMES_PER_DRAPE / 2 + 1
         planned = sum(plan.seconds(frame_s, 2, 1.0).values())
         assert planned == pytest.approx((1 - RESERVE) * 60 * minutes, abs=cost * BODIES + 2)
 
@@ -164,7 +165,7 @@ def test_clips_that_would_spoil_the_comparison_are_refused(clips, match):
 
 
 def test_a_small_budget_settles_the_fewest_anchors_rather_than_none():
-    cost = 0.05 * 40 + 0.06
+    cost = 0.05 * FRAMES_PER_DRAPE + agentdress_seconds(1, 1.0)
     least = (BODIES * 3 + 20) * cost / (1 - RESERVE)
     enough, too_little = (make_plan(METHODS, 0.05, 0.05, factor * least, 1) for factor in (1.01, 0.99))
     assert (enough.anchors, "agentdress" in enough.methods) == (2, True)
