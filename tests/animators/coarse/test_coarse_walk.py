@@ -11,7 +11,7 @@ import torch
 from hemline import bodies
 from hemline.animators import lag
 from hemline.animators.coarse.features.pelvis_frame import PelvisFrame
-from hemline.animators.coarse.fit.walk import TakeWalk, walk_takes
+from hemline.animators.coarse.fit.walk import TakeWalk, frame_bytes, walk_takes
 from hemline.animators.coarse.model import CoarseAnimator
 from hemline.animators.coarse.relatives import Relatives
 from hemline.animators.coarse.weights import Weights
@@ -20,7 +20,7 @@ from hemline.animators.swingar.fit.frame_tensors import FrameTensors
 from hemline.animators.swingar.fit.graph_samples import TakeSamples
 from hemline.animators.swingar.fit.mirror import mirror_garment
 from hemline.datasets import open_collection
-from hemline.errors import BadDataset
+from hemline.errors import BadDataset, BadOutput
 from hemline.garments.proxy.proxy import ProxySize
 from hemline.learning.mirror import mirror_transforms
 from hemline.motions.quaternions import rotate
@@ -195,3 +195,14 @@ def test_scales_are_mean_and_spread_of_what_is_learned_from(frames):
     varied = features.std(0) > 0.011
     np.testing.assert_allclose(spread[varied], features.std(0)[varied], rtol=1e-3)
     assert (spread[~varied] >= 0.01).all()
+
+
+def test_the_room_that_frames_need_is_known_before_they_are_written(data, frames, tmp_path, monkeypatch):
+    (path,) = frames[2].glob("*.safetensors")
+    needed = frame_bytes(data, data.clips(), TakeWalk(SIZE, 7))
+    assert needed == pytest.approx(path.stat().st_size, rel=0.15)
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: usage._replace(free=needed - 1))
+    with pytest.raises(BadOutput, match="the frames of a fit need .* GB in .*; got .* GB free"):
+        walk_takes(data, data.clips(), TakeWalk(SIZE, 7), tmp_path, jobs=1, tell=lambda *_: None)
+    assert not list(tmp_path.iterdir())

@@ -25,8 +25,16 @@ class ProxySize(NamedTuple):
     """Largest number of vertices."""
 
 
+def proxy_count(garment: Garment, size: ProxySize) -> int:
+    r"""Returns the size of a proxy: $N = A / (\sqrt{3}/2 \; \ell^2)$ vertices for an area $A$, within the limits."""
+    one, two = garment.rest_edges[:, :, 0], garment.rest_edges[:, :, 1]
+    area = 0.5 * float(np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum())
+    count = min(max(area / (math.sqrt(0.75) * size.edge**2), size.fewest), size.most)
+    return min(len(garment.vertices), round(count))
+
+
 def proxy_of(garment: Garment, size: ProxySize) -> tuple[Garment, Int[np.ndarray, " coarse"]]:
-    r"""Makes a proxy with edges of about one length: $N = A / (\sqrt{3}/2 \; \ell^2)$ vertices for an area $A$.
+    """Makes a proxy with edges of about one length, see `proxy_count`.
 
     Args:
         garment: The garment that is displayed.
@@ -36,8 +44,5 @@ def proxy_of(garment: Garment, size: ProxySize) -> tuple[Garment, Int[np.ndarray
         The proxy, which is the garment itself if that has hardly more vertices; and for each of the proxy's vertices
         the number of that vertex in the garment.
     """
-    one, two = garment.rest_edges[:, :, 0], garment.rest_edges[:, :, 1]
-    area = 0.5 * float(np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum())
-    count = min(max(area / (math.sqrt(0.75) * size.edge**2), size.fewest), size.most)
-    fraction = count / len(garment.vertices)
+    fraction = proxy_count(garment, size) / len(garment.vertices)
     return coarser_garment(garment, fraction if fraction < OWN_PROXY_FRACTION else 1.0)

@@ -1,5 +1,6 @@
 """Extracts training frames from takes by stepping through each take once, as the player steps through a motion."""
 
+import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hemline.animators.coarse.features.columns import DYNAMIC
 from hemline.animators.coarse.features.pelvis_frame import PelvisFrame, body_inputs
 from hemline.animators.coarse.features.pose_history import PoseHistory
 from hemline.animators.coarse.features.rest_features import fit_features, vertex_masses
@@ -15,9 +17,9 @@ from hemline.animators.simulated_proxy import QUALITY_LEVELS
 from hemline.arrays import Float
 from hemline.datasets import Take, open_dataset
 from hemline.datasets.collection import Collection, Entry
-from hemline.errors import BadDataset
+from hemline.errors import BadDataset, BadOutput
 from hemline.files import content_hash, map_tensors, write_tensors
-from hemline.garments.proxy.proxy import ProxySize
+from hemline.garments.proxy.proxy import ProxySize, proxy_count
 from hemline.sim.takes.jobs import Call, Job, Progress, run_jobs
 from hemline.sim.takes.workers import workers
 
@@ -30,6 +32,12 @@ FRAMES_KIND = "frames"
 """Kind of the files, see `docs/format.md`."""
 HALF_PRECISION = ("told", "turns", "apart", "motion")
 """Names of the arrays that are stored in half precision."""
+
+
+VERTEX_BYTES = 2 * DYNAMIC.count + 26
+"""Size of a vertex of a stored frame: features, rotation and displacement in half precision, and position."""
+FRAME_BYTES = 12_000
+"""Size of what a stored frame has besides its vertices, most of it the last poses."""
 
 
 class _Damaged(BadDataset):
@@ -80,7 +88,7 @@ def walk_takes(
 
     Raises:
         BadDataset: A take cannot be read.
-        BadOutput: The folder cannot be written.
+        BadOutput: The folder cannot be written, or its disk has no room for the frames.
     """
     members: dict[tuple[int, tuple[float, ...]], list[Entry]] = {}
     for entry in entries:
@@ -91,6 +99,8 @@ def walk_takes(
     ]
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{_mark(group, walk)}.safetensors" for group in groups]
+    missing = [entry for each, path in zip(members.values(), paths, strict=True) if not path.exists() for entry in each]
+    check_room(folder, frame_bytes(data, missing, walk))
     done = 0
 
     def job(group: GarmentGroup, path: Path) -> Job[None]:
@@ -103,6 +113,36 @@ def walk_takes(
     with workers(jobs) as processes:
         run_jobs((job(*each) for each in zip(groups, paths, strict=True)), processes)
     return [_map_file(path) for path in paths], list(members.values())
+
+
+def frame_bytes(data: Collection, entries: Sequence[Entry], walk: TakeWalk) -> int:
+    """Returns about how many bytes the frames of takes need on the disk; they are mapped, not read, into memory.
+
+    Args:
+        data: The datasets.
+        entries: The takes.
+        walk: Frames to extract.
+    """
+    sizes = {each: proxy_count(data.garments[each], walk.size) for each in {entry.dataset for entry in entries}}
+    total = 0
+    for entry in entries:
+        frames = min(entry.row.clip_frames, -(-entry.row.clip_frames // walk.stride) * (walk.recent + 1))
+        total += frames * (VERTEX_BYTES * sizes[entry.dataset] + FRAME_BYTES)
+    return total
+
+
+def check_room(folder: Path, needed: int) -> None:
+    """Checks that the disk of a folder has room for so many bytes.
+
+    Raises:
+        BadOutput: It has not.
+    """
+    free = shutil.disk_usage(folder).free
+    if needed > free:
+        cure = "raise --stride, name fewer takes, or write the model to another disk (-o)"
+        raise BadOutput(
+            f"the frames of a fit need {needed / 1e9:.1f} GB in {folder}", f"{free / 1e9:.1f} GB free", cure
+        )
 
 
 def _map_file(path: Path) -> GarmentFrames:
