@@ -49,16 +49,10 @@ class Comparison:
     def compare_unfitted(self, methods: tuple[str, ...]) -> None:
         """Compares those methods that need no fit, so that there is a model whatever happens later.
 
-        The one that is usually nearest to the simulation comes first: once a method has played, another is left out if
-        there is no time for it.
+        The one that is usually nearest to the simulation comes first.
         """
         job = self.job
         for method in (each for each in UNFITTED if each in methods):
-            expected = self.trial_s + measure_slowness() * REPORT_S
-            if self.played and job.clock.remaining_s < expected:
-                left = time_text(max(0, job.clock.remaining_s))
-                self._leave_out(f"{method} needs about {time_text(expected)} with the report, and {left} are left.")
-                continue
             job.clock.begin(f"comparing {method}", self.trial_s or None)
             before = job.work.spent_s
             self._compare(method, job.progress)

@@ -97,7 +97,7 @@ def make_model(
     path = Path(model)
     check_writable(path)
     motions, shaped = open_clips(clips, up), bodies.load(body).shaped()
-    check = clean_part(open_motion(CHECK_CLIP))[: round(settings.seconds * FPS) + 1]
+    check = clean_part(open_motion(CHECK_CLIP))[: round(settings.check_seconds * FPS) + 1]
     inputs = inputs_hash(
         garment, {"material": material, "body": shaped.body.hash, "clips": [clip.hash for clip in motions]}
     )

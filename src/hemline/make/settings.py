@@ -12,6 +12,9 @@ FITTED = ("agentdress", "ropes")
 UNFITTED = ("live", "lag", "swingar")
 """Methods that play any mesh, the one that is usually nearest to the simulation first."""
 
+CHECK_S = 3.0
+"""Length of the clip on which methods are compared in a run of ten minutes [s]."""
+
 
 @dataclass(frozen=True)
 class MakeSettings:
@@ -29,8 +32,8 @@ class MakeSettings:
     A slower method is chosen only if no method below this limit plays the garment well."""
     animator: str = ""
     """Method to use: agentdress, ropes, lag, swingar or live. By default all suitable ones are compared."""
-    seconds: float = positive(3.0)
-    """Length of the clip on which methods are compared [s].
+    seconds: float = not_negative(0.0)
+    """Length of the clip on which methods are compared [s]; with 0 it is 3 s, and more in runs of over ten minutes.
     It is shorter where its simulation would take more than 15 % of the time."""
     seed: int = not_negative(0)
     """Seed of the fit and of the choice of poses. The same seed gives the same model on one machine."""
@@ -39,3 +42,8 @@ class MakeSettings:
         check_options(self)
         if self.animator and self.animator not in METHODS:
             raise BadInput("no such method", repr(self.animator), f"name one of {', '.join(METHODS)}, or none")
+
+    @property
+    def check_seconds(self) -> float:
+        """Length of the clip on which methods are compared, as far as the clip is that long [s]."""
+        return self.seconds or max(CHECK_S, CHECK_S * self.minutes / 10)
