@@ -88,6 +88,7 @@ CASES = {
     "no such model": (["animate", "kape", "-m", "run", "-o", "a.npz"], "cape"),
     "pickle inside": (["animate", "model.safetensors", "-m", "run", "-o", "a.npz"], "pickle"),
     "no model at all": (["animate", "text.safetensors", "-m", "run", "-o", "a.npz"], "text.safetensors"),
+    "a mesh as a model": (["animate", "triangle.obj", "-m", "run", "-o", "a.npz"], "--garment triangle.obj"),
     "format": (["animate", "cape", "-m", "run", "-o", "a.fbx"], ".glb"),
     "bones without a skin": (["animate", "cape", "-m", "run", "-o", "a.glb", "--bones", "9"], "alone; add --skinned"),
     "a skin in a cache": (["animate", "cape", "-m", "run", "-o", "a.pc2", "--skinned"], "no skinned garment"),

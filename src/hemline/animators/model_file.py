@@ -12,6 +12,7 @@ from hemline.errors import BadModel
 from hemline.files import read_metadata, read_tensors, write_tensors
 from hemline.files.contents import AGAIN, damage_as_bad_model, entry, part
 from hemline.garments.garment import Garment
+from hemline.meshes import MESH_ENDINGS
 from hemline.motions.terms import as_stated
 
 from .registry import animator_kind
@@ -54,10 +55,13 @@ def load(path: str | Path) -> Any:
         The animator or the wearable. The file names its kind.
 
     Raises:
-        BadModel: No shipped model has that name. Or the file is missing, truncated, a pickle, of another kind or of a
-            future version, lacks a key, or holds NaN or an array of the wrong type or shape.
+        BadModel: No shipped model has that name. Or the file is a mesh, missing, truncated, a pickle, of another kind
+            or of a future version, lacks a key, or holds NaN or an array of the wrong type or shape.
     """
     path = model_path(path)
+    if path.suffix.lower() in MESH_ENDINGS:
+        cure = f"play it by 'hemline animate --garment {path}', or make a model of it by 'hemline make'"
+        raise BadModel(f"{path} must be a model", f"a mesh ({path.suffix})", cure)
     arrays, metadata = read_tensors(path, "model", error=BadModel)
     with name_file_in_errors(path):
         return animator_kind(entry(metadata, "animator", str), error=BadModel).of(arrays, metadata)
