@@ -202,12 +202,10 @@ def order_by_halves(centres, leaf, leaves):
 
 @kernel
 def split_at(centres, axis, order, start, end, middle):
-    """Reorders order[start:end] so that no point before `middle` is farther along an axis than one after it.
+    """Reorders order[start:end] so that no point before `middle` is farther along an axis than one after it (Hoare).
 
     Reads: centres (points, 3) [m]; axis; start, end, middle.
     Writes: order (points,).
-
-    Source: Hoare, "Algorithm 65: Find", 1961.
     """
     low, high = start, end - 1
     while low < high:

@@ -12,8 +12,8 @@ from .fan_kernels import MAX_FACES, corner_of, flatten_fan
 THINNEST = 0.15
 """Least area of a new triangle, as a fraction of the equilateral one on its longest edge."""
 THINNEST_ALONG = 0.08
-"""The same of a triangle with the lengths along the cloth that it gets, which differ from those of the flat fan where
-that was scaled to a full turn, or where an edge is there already."""
+"""Least area of a new triangle with its lengths along the cloth, as the same fraction. These lengths differ from those
+in the flat fan where the fan was scaled to a full turn, or where an edge is there already."""
 _EQUILATERAL = math.sqrt(3.0) / 2
 
 
@@ -187,6 +187,9 @@ def _collapse(mesh, vertex, fan, count, target):
             _drop(mesh, fan.ring[i], face)
             _drop(mesh, fan.ring[i + 1], face)
             mesh.faces[face, 0] = -1
+    for i in range(count):
+        face = fan.faces[i]
+        if mesh.faces[face, 0] < 0:
             continue
         corner = corner_of(mesh.faces, face, vertex)
         mesh.lengths[face, corner] = _length_to(fan, i, target, there)
