@@ -149,16 +149,13 @@ def test_wind_blows_the_cloth_its_way():
     assert (ends[1] - ends[0])[:, 2].mean() < -0.02
 
 
-CAUGHT = pytest.mark.xfail(reason="the skirt catches on an arm: a frame in which 1 % of the edges are 69 % too long")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "clip"),
     [
         ("cape-light", "kick"),
         ("cape-light", "dance"),
-        pytest.param("skirt-light", "kick", marks=CAUGHT),
+        ("skirt-light", "kick"),
         ("skirt-light", "dance"),
         ("dress-light", "kick"),
         ("dress-light", "dance"),
@@ -168,10 +165,10 @@ def test_nothing_explodes_in_600_frames(name, clip):
     from hemline import garments
 
     live, played = Live().animator_for(garments.load(name), made.body()), 0
-    motion = motions.load(clip)
+    motion = made.body().untangle_motion(motions.load(clip))  # as `hemline animate` plays it
     fps = max(30.0, 600 / motion.seconds)
     for frame in play(live, made.body(), motion, fps=fps):
         played += 1
         assert np.isfinite(frame.vertices).all()
-        assert stretched(live, frame.vertices) < 0.6
+        assert stretched(live, frame.vertices) < 0.3
     assert played >= 590
