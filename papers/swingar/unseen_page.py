@@ -45,9 +45,8 @@ SWINGAR = """
 ## The network of the paper
 
 `swingar` on the first two takes of each garment, beside the weights that shipped before it and `lag`, in one run. It
-learned from 512,000 frames of other garments ([the fit](../../../src/hemline/models/README.md#swingar)), `lag` for
-longer and from other takes, so that this compares what ships and not the networks. On garments and subjects held out
-of its own fit `swingar` has 60 % of the error of skinning.
+learned from other garments ([the fit](../../../src/hemline/models/README.md#swingar)), `lag` for longer and from other
+takes, so that this compares what ships and not the networks.
 
 """
 SPREAD = """

@@ -12,6 +12,7 @@ from hemline.collide.layers.closed_cloth import ClosedCloth
 from hemline.errors import HemlineWarning, SimulationFailed
 from hemline.garments import coarser_garment, wear_together
 from hemline.meshes import crossing_edges, edges
+from hemline.sim.rest.tangles import TangledCloth
 
 SMALL = 0.165
 """Share of the vertices of the shipped garments."""
@@ -74,13 +75,18 @@ def test_a_garment_through_itself_is_refused_as_it_was(monkeypatch, shaped, thro
         settle_garment(through, shaped)
 
 
-def test_one_garment_that_does_not_settle_is_refused(monkeypatch, shaped, through):
+@pytest.mark.parametrize(("kind", "tries"), [(SimulationFailed, 1), (TangledCloth, 2)])
+def test_one_garment_that_does_not_settle_is_refused(monkeypatch, shaped, kind, tries):
+    limits = []
+
     def rest_state(garment, shaped, settings, max_crossing=None):
-        raise SimulationFailed("tangled" if max_crossing is None else "more tangled")
+        limits.append(max_crossing)
+        raise kind("tangled" if max_crossing is None else "more tangled")
 
     monkeypatch.setattr(settle, "rest_state", rest_state)
-    with pytest.raises(SimulationFailed, match="^tangled$"):
+    with pytest.raises(kind, match="^tangled$"):
         settle_garment(garments.load("cape-light"), shaped)
+    assert len(limits) == tries
 
 
 def test_one_garment_with_a_few_tangles_is_played_and_it_is_said(monkeypatch, shaped):
@@ -91,7 +97,7 @@ def test_one_garment_with_a_few_tangles_is_played_and_it_is_said(monkeypatch, sh
     def rest_state(garment, shaped, settings, max_crossing=None):
         limits.append(max_crossing)
         if max_crossing is None:
-            raise SimulationFailed("tangled")
+            raise TangledCloth("tangled")
         return found(garment, shaped, settings, max_crossing=max_crossing)
 
     coarse, _ = coarser_garment(cape, 0.05)

@@ -2,6 +2,8 @@
 
 import itertools
 import json
+from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,7 +22,8 @@ from hemline.make.plan import (
     ropes_effort,
     ropes_seconds,
 )
-from hemline.make.settings import METHODS
+from hemline.make.settings import METHODS, MakeSettings
+from hemline.make.simulations import shorten_check
 from hemline.motions import load, names
 
 CASES = list(itertools.product([0.0, 0.1, 0.3, 0.6, 0.9, 1.0], [0.01, 0.1, 0.6], [30.0, 500.0, 30000.0], [1, 2, 16]))
@@ -178,3 +181,15 @@ def test_time_is_shared_as_the_area_is():
     plans = [make_plan(METHODS, hanging, 0.05, 3600, 2) for hanging in (0.25, 0.55)]
     spent = [ropes_seconds(plan.frames, 1.0) + plan.seconds(0.05, 2, 1.0)["simulate"] for plan in plans]
     assert spent[1] / spent[0] == pytest.approx(0.55 / 0.25, rel=0.05)
+
+
+def test_the_comparison_is_shortened_for_meshes_that_are_slow_to_simulate():
+    @dataclass(frozen=True)
+    class Run:
+        clock: SimpleNamespace
+        check: range
+
+    run = Run(SimpleNamespace(total_s=600.0), range(91))
+    lengths = [len(shorten_check(run, frame_s).check) for frame_s in (0.2, 1.5, 60.0)]
+    assert lengths == [91, 60, 31]  # whole, 15 % of the time, and never less than a second
+    assert [MakeSettings(minutes=minutes).check_seconds for minutes in (5, 10, 60)] == [3, 3, 18]

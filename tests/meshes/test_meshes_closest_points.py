@@ -6,6 +6,7 @@ import pytest
 
 from hemline.errors import BadMesh
 from hemline.meshes import ClosestTree, closest_points_on_mesh
+from hemline.meshes.closest_kernels import order_by_halves
 from tests.meshes.mesh_samples import grid, sphere
 
 
@@ -91,3 +92,15 @@ def test_a_mesh_without_triangles_is_refused():
     for search in (lambda: ClosestTree(np.eye(3), none), lambda: closest_points_on_mesh(np.eye(3), np.eye(3), none)):
         with pytest.raises(BadMesh, match="no nearest point; got 0 triangles"):
             search()
+
+
+@pytest.mark.parametrize("count", [5, 64, 1001])
+def test_each_half_of_an_order_lies_on_one_side_of_the_other(count):
+    centres, leaf = np.random.default_rng(count).normal(size=(count, 3)) * (1, 3, 2), 4
+    leaves = 1 << int(np.ceil(np.log2(count / leaf)))
+    leaf = -(-count // leaves)
+    order = order_by_halves(centres, leaf, leaves)
+    assert sorted(order.tolist()) == list(range(count))
+    middle = leaf * (leaves // 2)
+    axis = np.ptp(centres, axis=0).argmax()
+    assert centres[order[:middle], axis].max() <= centres[order[middle:], axis].min()

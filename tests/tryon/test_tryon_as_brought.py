@@ -7,7 +7,9 @@ import pytest
 
 from hemline.errors import BadGarment
 from hemline.garments.generate import generate_garment, plain_design
+from hemline.garments.reading.source import GarmentSource
 from hemline.tryon import try_on
+from hemline.tryon.units_tried import better_unit
 
 
 @pytest.fixture(scope="module")
@@ -70,3 +72,11 @@ def test_a_skirt_under_a_top_has_pins_of_its_own(shaped, top, as_obj):
     pinned = tried.garment.pins.vertices
     assert len(pinned) > 10 and pinned.min() >= len(top.vertices)
     assert any("none of the 1 that the shoulders carry" in note for note in tried.garment.notes)
+
+
+def test_a_mesh_of_a_likely_size_in_metres_is_in_metres_however_it_fits(shaped, top, as_obj):
+    long = top.vertices * (2.1 / np.ptp(top.vertices, axis=0).max())
+    source = GarmentSource.open(as_obj("long", long, top.faces), None)
+    assert source.unit == "m"
+    assert better_unit(source, shaped, 99.0, poor=True) == "ft"  # once it is known that it cannot be worn
+    assert better_unit(source, shaped, 99.0, poor=False) is None

@@ -13,6 +13,7 @@ from hemline.garments.pieces import GAP
 from hemline.meshes import crossing_edges, edges
 from hemline.sim.rest.settle import rest_state
 from hemline.sim.rest.settling import MAX_CROSSING_RATIO_AT_START
+from hemline.sim.rest.tangles import TangledCloth
 from hemline.sim.settings import SimSettings
 
 FRAME_SECONDS = 1 / 30
@@ -46,7 +47,9 @@ def settle_garment(garment: Garment, shaped: ShapedBody, *, self_contact: bool =
     except SimulationFailed as failure:
         pieces = split_pieces(garment)
         if len(pieces) < 2:
-            return _settle_tangled(garment, shaped, settings, failure)
+            if isinstance(failure, TangledCloth):
+                return _settle_tangled(garment, shaped, settings, failure)
+            raise
         alone = np.concatenate([rest_state(piece, shaped, settings).positions for piece in pieces])
         separate = separate_garments(garment, shaped, alone.astype(np.float32))
         if len(crossing_edges(separate, garment.faces)) > MAX_CROSSING_RATIO_AT_START * len(edges(garment.faces)):
@@ -54,11 +57,11 @@ def settle_garment(garment: Garment, shaped: ShapedBody, *, self_contact: bool =
         return separate.astype(np.float64)
 
 
-def _settle_tangled(garment: Garment, shaped: ShapedBody, settings: SimSettings, failure: SimulationFailed) -> Vertices:
+def _settle_tangled(garment: Garment, shaped: ShapedBody, settings: SimSettings, failure: TangledCloth) -> Vertices:
     """Settles a garment that may go through itself in a few places; raises the failure if there are more."""
     try:
         rest = rest_state(garment, shaped, settings, max_crossing=MOST_CROSSING)
-    except SimulationFailed:
+    except TangledCloth:
         raise failure from None
     got = f"{rest.figures['self_crossing_percent']:.1f} % of its edges"
     cure = "a finer mesh, or one whose panels lie apart, moves better"

@@ -3,6 +3,8 @@
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
+from .clock import time_text
+
 FRAMES_PER_DRAPE = 25.0
 """Cost of one settled drape, in simulated frames of the same garment."""
 ROPES_START_S, ROPES_FRAME_S, ROPES_TRAINED_FRAME_S = 20.0, 0.045, 0.075
@@ -164,14 +166,14 @@ def plan_data(
         close = False
         need = least_drapes * drape_cost
         left_out.append(
-            f"agentdress needs about {minutes_text(need)} of drapes for this garment, "
-            f"and there are {minutes_text(for_drapes)}."
+            f"agentdress needs about {time_text(need)} of drapes for this garment, "
+            f"and there are {time_text(for_drapes)}."
         )
         frames = frames_within(budget) if ropes else 0
     if ropes and frames < FEWEST_FRAMES:
         ropes = False
         need = slowness * ROPES_START_S + FEWEST_FRAMES * frame_cost
-        left_out.append(f"ropes needs about {minutes_text(need)} of simulation and training.")
+        left_out.append(f"ropes needs about {time_text(need)} of simulation and training.")
     rest = max(0, drapes - BODIES * (anchors + 1))
     poses = min(most_poses, round(0.75 * rest))
     kept = tuple(method for method in methods if (method != "ropes" or ropes) and (method != "agentdress" or close))
@@ -183,9 +185,3 @@ def plan_data(
         min(most_poses, rest - poses) if close else 0,
         tuple(left_out),
     )
-
-
-def minutes_text(seconds: float) -> str:
-    """Returns a time as text, such as "1 minute" or "12 minutes"."""
-    minutes = max(0, round(seconds / 60))
-    return f"{minutes} minute" + ("" if minutes == 1 else "s")

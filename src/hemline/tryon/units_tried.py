@@ -23,13 +23,16 @@ garments that cannot be worn in the guessed unit."""
 def better_unit(source: GarmentSource, shaped: "ShapedBody", least: float, *, poor: bool) -> str | None:
     """Returns the unit in which a garment fits its body far better than in the unit that was guessed; None if none.
 
+    A mesh that has a likely size in metres is in metres, however badly it fits: a small suit in feet, which no limb
+    goes through, may fit better. It is tried in other units only if it cannot be worn.
+
     Args:
         source: The garment's file.
         shaped: The body.
         least: Misfit in the guessed unit.
         poor: Whether the garment is known not to fit in that unit, so that a somewhat better fit counts.
     """
-    if source.description.unit is not None or (least <= POOR_MISFIT and not poor):
+    if source.description.unit is not None or (not poor and (source.unit == "m" or least <= POOR_MISFIT)):
         return None
     cloth = source.cloth
     size = float(np.ptp(cloth.vertices, axis=0).max())

@@ -170,3 +170,29 @@ def test_it_learns_the_same_on_cuda(straight):
 def test_a_device_that_is_not_here_is_refused(name):
     with pytest.raises(BadInput, match=f"must name a device of torch that is here, not '{name}'"):
         trained(None, plan=replace(PLAN, device=name))
+
+
+def test_no_further_term_of_the_loss_outweighs_distance():
+    rest, faces = sheet()
+    generator = torch.Generator().manual_seed(0)
+    truth = torch.from_numpy(rest)[None]
+    moved = (truth + 0.02 * torch.randn(truth.shape, generator=generator)).requires_grad_()
+    corners = torch.from_numpy(np.asarray(faces, np.int64))
+    edges = torch.cat([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+    keys = edges.sort(dim=1).values
+    beside = [
+        (i % len(faces), j % len(faces)) for i in range(len(keys)) for j in range(i) if (keys[i] == keys[j]).all()
+    ]
+    weights, mass = losses.LossWeights(), torch.full((len(rest),), 0.3 / len(rest))
+    terms = {
+        "vertex": losses.distance_loss(moved, truth),
+        "edge": losses.edge_loss(moved, truth, edges),
+        "bend": losses.bend_loss(moved, corners, torch.tensor(beside)),
+        "gravity": losses.gravity_loss(moved, mass),
+        "collision": losses.collision_loss(moved[..., 2], 0.002),
+    }
+    pulls = {
+        name: getattr(weights, name) * float(torch.autograd.grad(term, moved, retain_graph=True)[0].norm())
+        for name, term in terms.items()
+    }
+    assert 0 < max(pull for name, pull in pulls.items() if name != "vertex") < 2 * pulls["vertex"], pulls

@@ -17,6 +17,10 @@ MAX_CROSSING_RATIO = 0.002
 """Maximum fraction of edges that may cross a triangle of the garment."""
 
 
+class TangledCloth(SimulationFailed):
+    """A garment settled, but goes through itself in too many places."""
+
+
 def refuse_tangles(
     name: str, sheet: Sheet, vertices: Vertices, posed: "PosedBody", pinched: Mask, *, limit: float = MAX_CROSSING_RATIO
 ) -> float:
@@ -34,13 +38,13 @@ def refuse_tangles(
         limit: Maximum fraction of crossing edges without pinched vertices.
 
     Raises:
-        SimulationFailed: Too many edges cross the cloth; the message names the places.
+        TangledCloth: Too many edges cross the cloth; the message names the places.
     """
     crossed = crossing_edges(vertices, sheet.faces.astype(np.int32))
     fraction = len(crossed) / len(sheet.edges)
     crossed = crossed[~pinched[crossed].any(axis=1)]
     if len(crossed) > limit * len(sheet.edges):
-        raise SimulationFailed(
+        raise TangledCloth(
             f"'{name}' is tangled: {len(crossed)} of {len(sheet.edges)} edges go through its own cloth, "
             f"{_places(sheet, crossed, vertices, posed)}; lay its panels apart there, or leave out 'self_contact'"
         )
