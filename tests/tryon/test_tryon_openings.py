@@ -99,3 +99,15 @@ def test_what_is_worn_wrongly_is_refused(name, shaped, worn, dress, keyhole):
     assert empty_openings(vertices, garment.faces, wearing) and not openings_are_harmless(
         vertices, garment.faces, wearing
     )
+
+
+def test_a_small_suit_between_the_feet_is_refused(shaped, worn):
+    """A dress for a doll: all its openings are nearest to the feet, and none has a limb."""
+    shirt = worn["tshirt"]
+    middle = shirt.vertices.mean(axis=0)
+    between_feet = shaped.joints[[JOINT_NAMES.index("left_foot"), JOINT_NAMES.index("right_foot")]].mean(axis=0)
+    small = (0.3 * (shirt.vertices - middle) + between_feet).astype(np.float32)
+    assert empty_openings(small, shirt.faces, shaped) == ()
+    doll = replace(shirt, vertices=small, rest_edges=0.3 * shirt.rest_edges, pins=NO_PINS)
+    assert fitness(doll, shaped).reason == "nothing goes through any of its openings: it lies beside the body"
+    assert fitness(worn["trousers"], shaped).reason is None

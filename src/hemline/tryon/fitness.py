@@ -10,7 +10,7 @@ from hemline.garments.garment import Garment
 from hemline.meshes import edge_strains
 from hemline.sim import SimSettings, rest_drape
 
-from .openings import empty_openings, joints_through_cloth, openings_are_harmless
+from .openings import empty_openings, is_worn_nowhere, joints_through_cloth, openings_are_harmless
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -120,6 +120,8 @@ def _placement_fault(garment: Garment, shaped: "ShapedBody", vertices: np.ndarra
     through = joints_through_cloth(vertices, garment.faces, shaped)
     if through:
         return f"the body goes through its cloth at the {', the '.join(through)}: no opening leads there"
+    if is_worn_nowhere(vertices, garment.faces, shaped):
+        return "nothing goes through any of its openings: it lies beside the body"
     empty = empty_openings(vertices, garment.faces, shaped)
     if empty and not openings_are_harmless(vertices, garment.faces, shaped):
         return f"nothing goes through {_openings(empty)}"

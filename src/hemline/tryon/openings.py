@@ -47,6 +47,17 @@ def empty_openings(vertices: Vertices, faces: Faces, shaped: "ShapedBody") -> tu
     return _near([rim for rim in rims if not rim.has_limb(skeleton)], shaped)
 
 
+def is_worn_nowhere(vertices: Vertices, faces: Faces, shaped: "ShapedBody") -> bool:
+    """Whether some piece of cloth has two openings or more, and no limb goes through any of them, hands and feet too.
+
+    A cape or a scarf has one rim. What has sleeves or legs and lies beside the body or between the feet is not worn.
+    """
+    placed, skeleton = vertices.astype(np.float64), Skeleton.of(shaped.joints)
+    return any(
+        len(own) > 1 and not any(rim.has_limb(skeleton) for rim in own) for own in _rims_by_piece(placed, faces)
+    )
+
+
 def openings_are_harmless(vertices: Vertices, faces: Faces, shaped: "ShapedBody") -> bool:
     r"""Whether all openings that no limb goes through are intended, and the garment is worn the right way.
 
@@ -56,15 +67,21 @@ def openings_are_harmless(vertices: Vertices, faces: Faces, shaped: "ShapedBody"
     through that of the head, but not through that of the legs. An arm that is stuck ends inside, or comes out there.
     """
     placed, skeleton = vertices.astype(np.float64), Skeleton.of(shaped.joints)
-    rims, part = [rim.at(placed) for rim in rims_of(placed, faces)], components(faces, len(vertices))
-    for piece in np.unique([part[rim.loop[0]] for rim in rims]):
-        own = [rim for rim in rims if part[rim.loop[0]] == piece]
+    for own in _rims_by_piece(placed, faces):
         empty = [rim for rim in own if not rim.has_limb(skeleton) and _near([rim], shaped)]
         if not all(_near([rim], shaped)[0].endswith(CUT_OUT_JOINTS) and _is_hole(rim, placed, faces) for rim in empty):
             return False
         if empty and not _is_worn_right(own, skeleton):
             return False
     return True
+
+
+def _rims_by_piece(placed: Vertices, faces: Faces) -> list[list[Rim]]:
+    """Returns the rims of each connected piece of cloth that has any."""
+    part, pieces = components(faces, len(placed)), {}
+    for rim in rims_of(placed, faces):
+        pieces.setdefault(int(part[rim.loop[0]]), []).append(rim.at(placed))
+    return [pieces[piece] for piece in sorted(pieces)]
 
 
 def _near(rims: list[Rim], shaped: "ShapedBody") -> tuple[str, ...]:
