@@ -7,6 +7,8 @@ from pathlib import Path
 
 from hemline.errors import BadBody
 
+from .accessories.accessories import Accessory as Accessory
+from .accessories.accessories import attach as attach
 from .body import Body as Body
 from .body import PosedBody as PosedBody
 from .body import ShapedBody as ShapedBody
@@ -97,6 +99,7 @@ def write(path: str | Path, body: Body) -> None:
 __all__ = [
     "CHARACTERS",
     "LIMBS",
+    "Accessory",
     "Body",
     "Character",
     "MotionUntangling",
@@ -104,6 +107,7 @@ __all__ = [
     "PosedBody",
     "ShapedBody",
     "Untangling",
+    "attach",
     "coarser_body",
     "limb_bones",
     "load",

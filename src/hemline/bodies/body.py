@@ -3,7 +3,7 @@
 Arrays and arithmetic are in `model`, `shape`, `skinning`, `place` and `untangling`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,12 +35,36 @@ class Body(BodyModel):
         """
         return ShapedBody.of(self, betas)
 
+    @cached_property
+    def bare(self) -> "Body":
+        """The body without its accessories; itself if it has none."""
+        if not self.accessory_vertices:
+            return self
+        own = slice(0, len(self.template) - self.accessory_vertices)
+        return replace(
+            self,
+            name=self.bare_name,
+            template=self.template[own],
+            faces=self.faces[self.faces[:, 0] < own.stop],
+            shapedirs=self.shapedirs[:, own],
+            weight_indices=self.weight_indices[own],
+            weights=self.weights[own],
+            posedirs=None if self.posedirs is None else self.posedirs[:, own],
+            accessory_vertices=0,
+            bare_name="",
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class ShapedBody(BodyShape):
     """A body with a shape; `BodyShape` lists its arrays."""
 
     body: Body
+
+    @cached_property
+    def bare(self) -> "ShapedBody":
+        """The same shape without accessories; itself if the body has none."""
+        return self if self.body.bare is self.body else self.body.bare.shaped(self.betas)
 
     def posed(self, pose: Pose, *, blending: Blending = "linear") -> "PosedBody":
         """Returns this body in a pose; the mesh is skinned when it is first used.

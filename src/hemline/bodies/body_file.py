@@ -35,7 +35,10 @@ def write_body(path: str | Path, body: Body) -> None:
     }
     if body.posedirs is not None:
         arrays["posedirs"], arrays["posedirs_scales"] = shapedirs_in_steps(body.posedirs).values()
-    write_tensors(path, arrays, {"kind": "body", "name": body.name, "licence": body.licence})
+    metadata: dict[str, str | int] = {"kind": "body", "name": body.name, "licence": body.licence}
+    if body.accessory_vertices:
+        metadata |= {"accessory_vertices": body.accessory_vertices, "bare_name": body.bare_name}
+    write_tensors(path, arrays, metadata)
 
 
 def read_body(path: str | Path) -> Body:
@@ -59,7 +62,16 @@ def read_body(path: str | Path) -> Body:
         arrays["posedirs"] = shapedirs_of_steps(arrays["posedirs"], scales, path, name="posedirs")
     integers = {field: arrays[field].astype(np.int64) for field in ("faces", "weight_indices", "parents")}
     name, licence = str(metadata.get("name", Path(path).stem)), str(metadata.get("licence", ""))
-    return Body(name=name, licence=licence, **{field: arrays[field] for field in needed & arrays.keys()} | integers)
+    count, bare_name = metadata.get("accessory_vertices", 0), metadata.get("bare_name", "")
+    if not isinstance(count, int) or not isinstance(bare_name, str):
+        raise BadBody(f"{path}: accessories must have a number", repr(count), "make or copy the body file again")
+    return Body(
+        name=name,
+        licence=licence,
+        accessory_vertices=count,
+        bare_name=bare_name,
+        **{field: arrays[field] for field in needed & arrays.keys()} | integers,
+    )
 
 
 def shapedirs_in_steps(shapedirs: Float[np.ndarray, "betas verts 3"]) -> dict[str, np.ndarray]:

@@ -43,6 +43,8 @@ def coarser_body(shaped: ShapedBody, fraction: float) -> ShapedBody:
         weight_indices=body.weight_indices[mesh.kept],
         weights=body.weights[mesh.kept],
         posedirs=None if body.posedirs is None else body.posedirs[:, mesh.kept],
+        accessory_vertices=0,  # vertices of both are mixed
+        bare_name="",
     )
     normals = vertex_normals(vertices, mesh.faces).astype(np.float32)
     return replace(shaped, body=coarse, vertices=vertices, normals=normals)

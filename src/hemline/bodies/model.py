@@ -33,6 +33,8 @@ class BodyModel:
         licence: Terms of the data.
         posedirs: Change of the template at rest by the rotation of each joint but the pelvis, nine for each, row by
             row of R - I, see `pose_offsets` [m]; None: the skin follows the joints alone.
+        accessory_vertices: Number of vertices, the last ones, that belong to rigid accessories.
+        bare_name: Name of the body without its accessories; empty if it has none.
 
     Raises:
         BadBody: Array shapes do not match, numbers are NaN, indices are out of range, or weights do not sum to 1.
@@ -50,6 +52,8 @@ class BodyModel:
     rest_offsets: Quaternions
     licence: str
     posedirs: Float[np.ndarray, "features verts 3"] | None = None
+    accessory_vertices: int = 0
+    bare_name: str = ""
 
     def __post_init__(self) -> None:
         verts, betas, joints = len(self.template), len(self.shapedirs), len(JOINT_NAMES)
@@ -79,6 +83,10 @@ class BodyModel:
         for field, limit in (("faces", verts), ("weight_indices", len(self.joints))):
             low, high = getattr(self, field).min(), getattr(self, field).max()
             self._check(low >= 0 and high < limit, f"'{field}' must lie in 0..{limit - 1}", f"{low}..{high}")
+        own = verts - self.accessory_vertices
+        belongs = self.faces < own
+        apart = 0 < own <= verts and bool((belongs.all(axis=1) | ~belongs.any(axis=1)).all())
+        self._check(apart, "accessories must be the last vertices, not connected to others", self.accessory_vertices)
         early = self.parents < np.arange(len(self.parents))
         rooted = self.parents[0] == -1 and (self.parents[1:] >= 0).all()
         self._check(bool(early.all() and rooted), "each parent must come before its child", self.parents.tolist())

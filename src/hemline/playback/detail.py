@@ -36,12 +36,15 @@ class LevelOnBody:
     """99th percentile of the distance between the vertices of the full garment at rest and this level [m]."""
 
 
-def level_on_body(animator: Animator, body: ShapedBody, detail: float) -> LevelOnBody:
+def level_on_body(
+    animator: Animator, body: ShapedBody, detail: float, *, known: ShapedBody | None = None
+) -> LevelOnBody:
     """Puts a level of an animator on a body.
 
     Args:
         animator: A fitted animator, full or at any level.
         body: The full body.
+        known: The body as the animator knows it; None: `body`.
         detail: Fraction of the garment's vertices, above 0 and at most 1.
 
     Raises:
@@ -51,7 +54,7 @@ def level_on_body(animator: Animator, body: ShapedBody, detail: float) -> LevelO
     if not isinstance(level, Level):
         return LevelOnBody(level, level.garment, body, 0.0)
     collider = body if detail >= FULL_BODY_DETAIL else coarser_body(body, max(detail, LEAST_BODY_DETAIL))
-    return LevelOnBody(level, _bind_pins(level.garment, body, collider), collider, _error(level, body))
+    return LevelOnBody(level, _bind_pins(level.garment, body, collider), collider, _error(level, known or body))
 
 
 def level_of(animator: Animator, detail: float) -> Animator:

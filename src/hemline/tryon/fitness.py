@@ -9,6 +9,7 @@ from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.meshes import edge_strains
 from hemline.sim import SimSettings, rest_drape
+from hemline.sim.rest.tangles import TangledCloth
 
 from .openings import empty_openings, is_worn_nowhere, joints_through_cloth, openings_are_harmless
 
@@ -68,7 +69,7 @@ def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None
     try:
         rest = rest_drape(garment, shaped, settings)
     except SimulationFailed as failure:
-        return Fitness(_why_unsettled(garment, start, shaped, settings, str(failure)), {}, None)
+        return Fitness(_why_unsettled(garment, start, shaped, settings, failure), {}, None)
     vertices = rest.vertices[0]
     fall = float((start.vertices[:, 1] - vertices[:, 1]).mean())
     keys = (
@@ -101,13 +102,17 @@ def _too_small(median: float, high: float) -> str:
     )
 
 
-def _why_unsettled(garment: Garment, start: Garment, shaped: "ShapedBody", settings: SimSettings, failure: str) -> str:
+def _why_unsettled(
+    garment: Garment, start: Garment, shaped: "ShapedBody", settings: SimSettings, failure: SimulationFailed
+) -> str:
     """Returns why a garment could not settle: its fall, if it falls and crumples, else the failure of the simulator."""
-    try:
-        vertices = rest_drape(garment, shaped, replace(settings, self_contact=False)).vertices[0]
-    except SimulationFailed:
-        return failure
-    return _fall_fault(1000 * float((start.vertices[:, 1] - vertices[:, 1]).mean())) or failure
+    vertices = failure.vertices if isinstance(failure, TangledCloth) else None
+    if vertices is None:
+        try:
+            vertices = rest_drape(garment, shaped, replace(settings, self_contact=False)).vertices[0]
+        except SimulationFailed:
+            return str(failure)
+    return _fall_fault(1000 * float((start.vertices[:, 1] - vertices[:, 1]).mean())) or str(failure)
 
 
 def _fall_fault(fall_mm: float) -> str | None:

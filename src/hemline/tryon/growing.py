@@ -46,8 +46,8 @@ STILL_FRAMES = 8
 FINE_VERTICES = 30_000
 """A garment with more vertices is put on as a coarse copy, which carries it."""
 
-COARSE_VERTICES = 8000
-"""Number of vertices of that copy."""
+COARSE_VERTICES = 4000, 8000
+"""Least and largest number of vertices of that copy, which has half of those of the garment between them."""
 
 CARRIED_FRAMES = 4
 """Number of frames in which the fine garment then comes to rest on the body."""
@@ -81,6 +81,8 @@ def grow(
     alignment: Alignment,
     progress: Callable[[int, int], None] | None = None,
     budget: Budget | None = None,
+    *,
+    carried: bool = False,
 ) -> Growth:
     """Lets a body grow inside a garment and turn to its rest pose, without gravity.
 
@@ -92,18 +94,21 @@ def grow(
         alignment: Alignment with the pose in which the body starts.
         progress: Called with frames done and frames in all.
         budget: Limits the time; None: no limit.
+        carried: Whether a coarse copy carries the garment, whatever its number of vertices: it tangles less.
 
     Raises:
         SimulationFailed: A step failed even at the shortest time step.
         BadGarment: The time is used up.
     """
     budget = budget or Budget(garment.name, np.inf)
-    if len(garment.vertices) <= FINE_VERTICES or _stretch(garment) > CLOSED_STRETCH:
+    count = len(garment.vertices)
+    large = count > (COARSE_VERTICES[0] if carried else FINE_VERTICES)
+    if not large or _stretch(garment) > CLOSED_STRETCH:
         return _grow(garment, shaped, alignment, progress, budget)
-    coarse, kept = coarser_garment(garment, COARSE_VERTICES / len(garment.vertices))
+    coarse, kept = coarser_garment(garment, float(np.clip(count / 2, *COARSE_VERTICES)) / count)
     growth = _grow(coarse, shaped, alignment, progress, budget)
-    carried = Embedding.of(garment, coarse, kept).fine_vertices(growth.vertices)
-    vertices = _rest_on_body(replace(garment, vertices=carried), shaped, budget)
+    embedded = Embedding.of(garment, coarse, kept).fine_vertices(growth.vertices)
+    vertices = _rest_on_body(replace(garment, vertices=embedded), shaped, budget)
     before, after = (
         len(crossing_edges(each.astype(np.float32), garment.faces)) for each in (garment.vertices, vertices)
     )

@@ -38,6 +38,9 @@ HOPELESS_COST = 3.0
 WRONG_SIZE_REASONS = ("nothing holds it up", "nothing goes through", "the body goes through", "it is too small")
 """Beginnings of the reasons that a garment of a wrong unit has; with others, another unit is not tried."""
 
+TANGLED = "is tangled"
+"""Part of the reason with which a garment is put on once more, carried by a coarse copy, which tangles less."""
+
 _CURE = "place it on the body at rest (y up, facing +z), or check its unit"
 
 
@@ -179,8 +182,41 @@ def _put_on(
     if reason := _hopeless(alignment):
         garment = replace(loose, notes=body_notes + cloth.notes + _describe_alignment(alignment, description.up))
         return TryOn(garment, Fitness(reason, {}, None), alignment)
+    tried = _grow_inside(source, shaped, loose, alignment, progress, budget)
+    if TANGLED not in (tried.fitness.reason or ""):
+        return tried
     try:
-        growth = grow(loose, made_on, alignment, progress, budget)
+        again = _grow_inside(source, shaped, loose, alignment, progress, budget, carried=True)
+    except BadGarment:  # no time left, or the copy fails
+        return tried
+    return tried if again.fitness.reason else again
+
+
+def _grow_inside(
+    source: GarmentSource,
+    shaped: "ShapedBody",
+    loose: Garment,
+    alignment: Alignment,
+    progress: Callable[[int, int], None] | None,
+    budget: Budget,
+    *,
+    carried: bool = False,
+) -> TryOn:
+    """Grows the body inside an aligned garment, and judges the result.
+
+    Args:
+        source: The garment's file.
+        shaped: The body.
+        loose: The garment without pins, its vertices where the alignment put them.
+        alignment: Where the garment was put.
+        progress: See `try_on`.
+        budget: Limits the time.
+        carried: Whether a coarse copy carries the garment, see `growing.grow`.
+    """
+    cloth, description = source.cloth, source.cloth_description
+    made_on, body_notes = body_made_on(description, shaped, source.path)
+    try:
+        growth = grow(loose, made_on, alignment, progress, budget, carried=carried)
     except SimulationFailed as failure:
         what = f"{cloth.name} must fit around the body"
         raise BadGarment(what, failure, _CURE) from failure

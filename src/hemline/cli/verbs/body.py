@@ -16,13 +16,17 @@ class BodyOptions:
     """Options of `hemline body`."""
 
     character: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="CHARACTER")]
-    """Character to convert: a .glb, .gltf or .vrm (0.x, 1.0) file with a skin, or an SMPL .npz or .pkl file."""
+    """Character to convert: a .glb, .gltf, .vrm (0.x, 1.0) or .fbx file with a skin, an SMPL .npz or .pkl file,
+    or, to add accessories, anny24 or a body file."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """Body file to write (.safetensors). Every --body option accepts it."""
     height: float | None = None
     """Height to scale the body to [m]. By default the height in the file is kept, in a unit guessed from the legs."""
     unit: str | None = None
     """Unit of the positions in the file: m, dm, cm, mm or inch. By default it is guessed."""
+    accessory: tuple[str, ...] = ()
+    """Rigid meshes that the body carries, each with its joint, such as pads.glb:spine3. Garments go over them.
+    A mesh lies at its place on the body at rest, or its origin is that of the joint. By default there are none."""
     picture: Path | None = None
     """Picture of the body at rest and in the T-pose to write (.png). By default none is written."""
     json: bool = False
@@ -35,13 +39,16 @@ def run(options: BodyOptions) -> int:
     from hemline.errors import BadInput
 
     check_paths((options.output, ".safetensors"), (options.picture, ".png"))
+    accessories = [bodies.Accessory.parse(each) for each in options.accessory]
     if options.character.suffix.lower() in bodies.CHARACTERS:
         body, conversion = bodies.read_character(options.character, height=options.height, unit=options.unit)
         notes = conversion.notes
     elif options.height is not None or options.unit is not None:
         raise BadInput("--height and --unit are for .glb, .vrm and .gltf", options.character.name, "leave them out")
     else:
-        body, notes = bodies.read(options.character), ()
+        body, notes = bodies.load(str(options.character)), ()
+    body, accessory_notes = bodies.attach(body, accessories)
+    notes += accessory_notes
     bodies.write(options.output, body)
     if options.picture is not None:
         _draw(options.picture, body)

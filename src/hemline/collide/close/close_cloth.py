@@ -66,8 +66,8 @@ class CloseCloth:
         """Finds edges, control vertices and covered skin of a garment; takes less than a second.
 
         Args:
-            shaped: The body on which the garment was made, with the faces of the body of `on_body`; the garment covers
-                its skin. None if there is none: then skin may show through it.
+            shaped: The body on which the garment was made; its vertices are the first ones of the body of `on_body`.
+                The garment covers its skin. None if there is none: then skin may show through it.
             garment: The garment.
             on_body: Body and garment, cut into patches and blocks.
         """

@@ -119,7 +119,8 @@ def close_pieces(
             if len(pieces) > 1:
                 known = None if made_on is None else made_on.vertices
                 near = GarmentOnBody.of(level.body, piece.vertices, patches=on_body.patches, made_on=known)
-            prepared.append(ClosePiece(low, high, CloseCloth.prepare(made_on, piece, near)))
+            skin = None if made_on is None else made_on.bare  # an accessory is not covered: cloth goes around it
+            prepared.append(ClosePiece(low, high, CloseCloth.prepare(skin, piece, near)))
         low = high
     return tuple(prepared)
 

@@ -26,13 +26,14 @@ from hemline.collide import (
     WholeCloth,
     WholeSettings,
 )
-from hemline.errors import BadInput, BadModel
+from hemline.errors import BadInput
 from hemline.garments import Garment
 from hemline.motions.motion import Pose
 from hemline.playback.detail import level_on_body
 from hemline.playback.switch import nearest_vertices, transfer_projector, transfer_whole_cloth
 
 from .frame import Frame
+from .known_body import known_body
 from .layers import (
     THICKNESS_MM,
     ClosePiece,
@@ -61,6 +62,7 @@ class Player:
     Attributes:
         animator: The animator of the garment.
         body: The body that wears it.
+        known: The body that the animator knows: `body`, or without its accessories if the animator was fitted so.
         garment: The garment that is shown, with fewer vertices below a detail of 1.
         collider: The body that cloth is kept out of: `body`, or below a detail of 0.5 a coarser one around it.
         error: Error of the level of detail, see `LevelOnBody` [m].
@@ -87,6 +89,7 @@ class Player:
 
     animator: Animator
     body: ShapedBody
+    known: ShapedBody
     garment: Garment
     collider: ShapedBody
     error: float
@@ -120,7 +123,7 @@ class Player:
 
         Args:
             animator: A fitted animator.
-            body: A body of the kind that it was fitted on, of any shape.
+            body: A body of the kind that it was fitted on, of any shape, with or without accessories.
             guarantee: `exact` tests in every frame that no vertex is inside the body; `fast` does not test.
             measure: Whether reports count the vertices that were inside before, and measure their depth.
             placed: Whether poses of motions are placed on this body already (`body.placed(motion)`).
@@ -136,19 +139,15 @@ class Player:
             BadInput: `detail` is not above 0 and at most 1, or leaves too few vertices; the animator has no levels of
                 detail; or `thickness_mm` is not above 0 and at most 10 mm.
         """
-        if body.body.name != animator.body_name:
-            raise BadModel(
-                f"the model was fitted on body '{animator.body_name}'",
-                f"body '{body.body.name}'",
-                "load that body, or fit again",
-            )
+        known = known_body(animator, body)
         animator.garment.check_pins_on(body)
         check_thickness(thickness_mm)
-        level = level_on_body(animator, body, detail)
+        level = level_on_body(animator, body, detail, known=known)
         garment, collider = level.garment, level.body
         made_on = body.body.shaped(garment.body_betas)
-        known = made_on.vertices if collider is body else None
-        on_body = GarmentOnBody.of(collider, garment.vertices, made_on=known)
+        on_body = GarmentOnBody.of(
+            collider, garment.vertices, made_on=made_on.vertices if collider is body else None
+        )
         settled = settled_vertices(level.animator)
         projector = projector_of(
             level,
@@ -166,10 +165,11 @@ class Player:
         close = close_pieces(garment, on_body, settled, level, body) if whole else ()
         cover = None
         if whole and collider is body:
-            cover = covers_of(garment, made_on, settled)
+            cover = covers_of(garment, made_on.bare, settled)
         return cls(
             animator=level.animator,
             body=body,
+            known=known,
             garment=garment,
             collider=collider,
             error=level.error,
@@ -199,10 +199,10 @@ class Player:
         frames, dt = run_up_steps(pre_roll, dt)
         poses, origin = self._run_up_poses(pose, frames, dt)
         posed = self._pose_body(poses[0], origin)
-        state, whole = self.animator.start(posed), self.whole.start() if self.whole else None
+        state, whole = self.animator.start(self._as_known(posed)), self.whole.start() if self.whole else None
         for each in poses[1:]:
             posed = self._pose_body(each, origin)
-            state, vertices = self.animator.step(state, posed, dt)
+            state, vertices = self.animator.step(state, self._as_known(posed), dt)
             if self.whole and whole:
                 whole, _ = self.whole.step(whole, self._on_collider(posed), vertices, dt=dt)
         return PlayerState(state, whole, self.projector.start(), origin, poses[-1])
@@ -279,8 +279,9 @@ class Player:
                 f"animator '{self.animator.name}'",
                 "prepare a player for each body",
             )
-        moved = replace(state, animator=self.animator.reshape(state.animator, body))
-        return replace(self, body=body, collider=body), moved
+        known = known_body(self.animator, body)
+        moved = replace(state, animator=self.animator.reshape(state.animator, known))
+        return replace(self, body=body, known=known, collider=body), moved
 
     def follow(self, state: PlayerState, pose: Pose, dt: float, truth: Vertices) -> tuple[PlayerState, Frame]:
         """Plays the next frame like `step`, driven by simulated vertices instead of the dynamics of the animator.
@@ -347,6 +348,10 @@ class Player:
         """Returns the collider in the same pose."""
         return posed if self.collider is self.body else replace(posed, shaped=self.collider)
 
+    def _as_known(self, posed: PosedBody) -> PosedBody:
+        """Returns the body that the animator knows, in the same pose."""
+        return posed if self.known is self.body else replace(posed, shaped=self.known)
+
     def _place(self, pose: Pose) -> Pose:
         clip = pose.clip
         if self.placed or clip is None:
@@ -376,13 +381,13 @@ class Player:
         self, state: PlayerState, pose: Pose, dt: float, animate: Callable[..., tuple[Any, Vertices]]
     ) -> tuple[PlayerState, Frame]:
         played, clock, pose = clamp_dt(dt), [time.perf_counter()], self._place(pose)
-        state, dt = state.relocate(self.animator, self.body, pose, dt), played
+        state, dt = state.relocate(self.animator, self.known, pose, dt), played
         local = relative_to(pose, state.origin)
         posed = self._pose_body(local, state.origin)
         solid = self._on_collider(posed)
         surface = self.projector.on_body.surface(solid)
         clock.append(time.perf_counter())
-        moved, animated = animate(state.animator, posed, dt)
+        moved, animated = animate(state.animator, self._as_known(posed), dt)
         clock.append(time.perf_counter())
         whole, constrained = state.whole, animated
         if self.whole and whole:
@@ -396,7 +401,7 @@ class Player:
         clock.append(time.perf_counter())
         covered = constrained
         for cover in self.cover or ():
-            covered = cover.step(solid.vertices, covered)
+            covered = cover.step(solid.vertices[: len(self.body.bare.vertices)], covered)
         clock.append(time.perf_counter())
         projected, vertices, report = self.projector.project(
             state.projector, solid, covered, dt=dt, surface=surface, contact=contact

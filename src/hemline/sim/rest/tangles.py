@@ -18,7 +18,13 @@ MAX_CROSSING_RATIO = 0.002
 
 
 class TangledCloth(SimulationFailed):
-    """A garment settled, but goes through itself in too many places."""
+    """A garment settled, but goes through itself in too many places.
+
+    Attributes:
+        vertices: Where it settled [m]; None in another process than that of the simulation.
+    """
+
+    vertices: Vertices | None = None
 
 
 def refuse_tangles(
@@ -44,10 +50,12 @@ def refuse_tangles(
     fraction = len(crossed) / len(sheet.edges)
     crossed = crossed[~pinched[crossed].any(axis=1)]
     if len(crossed) > limit * len(sheet.edges):
-        raise TangledCloth(
+        failure = TangledCloth(
             f"'{name}' is tangled: {len(crossed)} of {len(sheet.edges)} edges go through its own cloth, "
             f"{_places(sheet, crossed, vertices, posed)}; lay its panels apart there, or leave out 'self_contact'"
         )
+        failure.vertices = vertices
+        raise failure
     return fraction
 
 
