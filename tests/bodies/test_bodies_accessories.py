@@ -133,6 +133,4 @@ def test_a_joint_must_be_named(text):
 
 
 def test_a_path_may_hold_colons():
-    assert bodies.Accessory.parse("C:\\a:b.glb:head:mm") == bodies.Accessory(
-        Path("C:\\a:b.glb"), "head", "mm"
-    )
+    assert bodies.Accessory.parse("C:\\a:b.glb:head:mm") == bodies.Accessory(Path("C:\\a:b.glb"), "head", "mm")

@@ -37,7 +37,7 @@ class Body(BodyModel):
 
     @cached_property
     def bare(self) -> "Body":
-        """The body without its accessories; itself if it has none."""
+        """This body without its accessories, or this body itself if there are none."""
         if not self.accessory_vertices:
             return self
         own = slice(0, len(self.template) - self.accessory_vertices)
@@ -63,7 +63,7 @@ class ShapedBody(BodyShape):
 
     @cached_property
     def bare(self) -> "ShapedBody":
-        """The same shape without accessories; itself if the body has none."""
+        """This shape of the body without its accessories, or this shape itself if there are none."""
         return self if self.body.bare is self.body else self.body.bare.shaped(self.betas)
 
     def posed(self, pose: Pose, *, blending: Blending = "linear") -> "PosedBody":

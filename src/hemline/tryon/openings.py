@@ -53,9 +53,7 @@ def is_worn_nowhere(vertices: Vertices, faces: Faces, shaped: "ShapedBody") -> b
     A cape or a scarf has one rim. What has sleeves or legs and lies beside the body or between the feet is not worn.
     """
     placed, skeleton = vertices.astype(np.float64), Skeleton.of(shaped.joints)
-    return any(
-        len(own) > 1 and not any(rim.has_limb(skeleton) for rim in own) for own in _rims_by_piece(placed, faces)
-    )
+    return any(len(own) > 1 and not any(rim.has_limb(skeleton) for rim in own) for own in _rims_by_piece(placed, faces))
 
 
 def openings_are_harmless(vertices: Vertices, faces: Faces, shaped: "ShapedBody") -> bool:

@@ -74,7 +74,9 @@ def _close(vertices: np.ndarray, faces: np.ndarray, name: str) -> Solid:
             volume = _volume(vertices, whole)
             size = float(np.ptp(vertices, axis=0).max())
             if abs(volume) < 1e-6 * size**3:
-                raise BadMesh("it encloses nothing", f"a sheet in {name}", "give it thickness, or bring it as a garment")
+                raise BadMesh(
+                    "it encloses nothing", f"a sheet in {name}", "give it thickness, or bring it as a garment"
+                )
             return Solid(vertices, whole if volume > 0 else whole[:, [0, 2, 1]], ())
     around = shell(vertices, faces, float(np.ptp(vertices, axis=0).max()) / _SHELL_CELLS)
     return Solid(around.vertices, around.faces, ("shell",))

@@ -145,9 +145,7 @@ class Player:
         level = level_on_body(animator, body, detail, known=known)
         garment, collider = level.garment, level.body
         made_on = body.body.shaped(garment.body_betas)
-        on_body = GarmentOnBody.of(
-            collider, garment.vertices, made_on=made_on.vertices if collider is body else None
-        )
+        on_body = GarmentOnBody.of(collider, garment.vertices, made_on=made_on.vertices if collider is body else None)
         settled = settled_vertices(level.animator)
         projector = projector_of(
             level,
