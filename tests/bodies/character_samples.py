@@ -89,6 +89,46 @@ def small_body() -> bodies.Body:
     )
 
 
+def in_proportion(sizes: Mapping[str, float]) -> bodies.Body:
+    """The shipped body with the bones and the flesh of each joint scaled.
+
+    Args:
+        sizes: Scale by a part of the joint's name; that of "" holds for all others.
+    """
+    full = bodies.load()
+    scale = np.array(
+        [next((sizes[part] for part in sizes if part and part in name), sizes[""]) for name in JOINT_NAMES]
+    )
+    joints = full.joints.astype(np.float64)
+    moved = joints.copy()
+    for joint, above in enumerate(PARENTS[1:], 1):
+        moved[joint] = moved[above] + scale[above] * (joints[joint] - joints[above])
+    dense = np.zeros((len(full.template), len(JOINT_NAMES)))
+    np.add.at(dense, (np.arange(len(dense))[:, None], full.weight_indices), full.weights)
+    of_each = moved + scale[:, None] * (full.template[:, None] - joints)
+    return replace(
+        full,
+        template=np.einsum("vj,vjc->vc", dense, of_each),
+        joints=moved,
+        shapedirs=np.zeros((0, len(full.template), 3)),
+        joint_shapedirs=np.zeros((0, 24, 3)),
+    )
+
+
+@functools.cache
+def child() -> bodies.Body:
+    """A body of 1.16 m with a child's proportions."""
+    limbs = {"hip": 0.62, "knee": 0.6, "ankle": 0.7, "foot": 0.7, "shoulder": 0.62, "elbow": 0.62, "collar": 0.68}
+    return in_proportion({"head": 0.95, "neck": 0.75, **limbs, "": 0.7})
+
+
+@functools.cache
+def cartoon() -> bodies.Body:
+    """A body with a head, hands and feet that are far too large."""
+    large = {"head": 2.2, "ankle": 1.3, "foot": 1.3, "wrist": 1.3, "hand": 1.3}
+    return in_proportion({**large, "neck": 0.7, "shoulder": 0.75, "elbow": 0.75, "": 0.85})
+
+
 @dataclass(frozen=True)
 class Sample:
     """How a character is made.

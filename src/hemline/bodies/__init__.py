@@ -20,6 +20,7 @@ from .character.character import read_skeleton as read_skeleton
 from .coarser import coarser_body as coarser_body
 from .limb_bones import LIMBS as LIMBS
 from .limb_bones import limb_bones as limb_bones
+from .own_size import own_size as own_size
 from .place import Placement as Placement
 from .place import placement as placement
 from .skinning import skin_points as skin_points
@@ -113,6 +114,7 @@ __all__ = [
     "load",
     "names",
     "overlapping",
+    "own_size",
     "placement",
     "read",
     "read_character",

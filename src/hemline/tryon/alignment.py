@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.arrays import Faces, Float, Int, Vertices
-from hemline.bodies import skin_points
+from hemline.bodies import own_size, skin_points
 from hemline.garments.reading.units import AXES, UP_GUESS_RATIO, to_y_up
 from hemline.meshes.segment_crossing_kernels import crossings_of_segments
 from hemline.motions.motion import JOINT_NAMES, PARENTS, Pose
@@ -100,7 +100,8 @@ def align(
 
     The cost is a weighted sum of terms for cloth inside the body, cloth far from it, openings whose centre is far from
     a limb, openings that no limb goes through, segments of the skeleton that go through cloth, and changes of pose,
-    place and scale. The best candidates of a grid of places and poses are refined by Powell's method.
+    place and scale. A scale that suits a body of unusual size, such as a child's, costs no more than none. The best
+    candidates of a grid of places and poses are refined by Powell's method.
 
     Args:
         vertices: Positions of the garment [m]; its origin is at the pelvis, on the floor, or anywhere.
@@ -116,8 +117,8 @@ def align(
     chosen = int(searches[-1].least < UP_GUESS_RATIO * searches[0].least)
     search = searches[chosen]
     bounds = [*BOUNDS]
-    if not scaled:
-        bounds[2] = (-1e-9, 1e-9)
+    low, high = BOUNDS[2]
+    bounds[2] = (min(low, search.own_size - 0.1), max(high, search.own_size + 0.1)) if scaled else (-1e-9, 1e-9)
     results = [search.minimise(start, lift, bounds) for lift, start in search.starts]
     _, x, lift = min(results, key=lambda each: each[0])
     # Powell's method moves along one direction at a time: try once more with the original scale
@@ -132,6 +133,7 @@ class _Search:
     def __init__(self, vertices: Vertices, faces: Faces, shaped: "ShapedBody", sizes: tuple[float, ...]):
         self.vertices, self.faces, self.shaped, self.sizes = vertices, faces, shaped, sizes
         self.centre = vertices.mean(axis=0)
+        self.own_size = float(np.log(own_size(shaped)))
         self.some = np.linspace(0, len(vertices) - 1, min(CLOTH_SAMPLES, len(vertices))).astype(int)
         self.skin = np.linspace(0, len(shaped.vertices) - 1, BODY_SAMPLES).astype(int)
         self.rims = rims_of(vertices, faces)
@@ -159,7 +161,7 @@ class _Search:
             for arms in (-0.6, -0.3, 0.0, 0.35, 0.7)
             for elbows in (-0.6, 0.0, 1.0)
             for up in (-0.1, -0.05, 0.0, 0.05)
-            for size in self.sizes
+            for size in dict.fromkeys((*self.sizes, self.own_size) if len(self.sizes) > 1 else self.sizes)
         ]
         grid.sort(key=lambda each: self.cost(each[1], each[0]))
         picked: list[tuple[int, np.ndarray]] = []
@@ -185,7 +187,8 @@ class _Search:
         skeleton, height = self.heights(x, placed[self.some])
         inside = (np.clip(-height, 0, 0.08) ** 2).mean() / 0.02**2
         far = np.clip(height - 0.005, 0, 0.3).mean() / 0.05
-        changed = _resize_cost(x[2]) + 0.04 * float((x[3:] ** 2).sum()) + 2 * float((x[:2] ** 2).sum())
+        resized = min(_resize_cost(x[2]), _resize_cost(x[2] - self.own_size))
+        changed = resized + 0.04 * float((x[3:] ** 2).sum()) + 2 * float((x[:2] ** 2).sum())
         rims = [rim.at(placed) for rim in self.rims]
         off = sum(
             min(d / (rim.radius + 0.05), 3.0) ** 2 for rim, d in zip(rims, _centres_off(rims, skeleton), strict=True)

@@ -1,7 +1,9 @@
 """Designs of generated garments: kinds and measures."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
+
+import numpy as np
 
 from hemline.errors import BadInput
 from hemline.garments.material import MATERIALS
@@ -98,10 +100,25 @@ class Design(Measures):
         """Whether the garment hangs from the shoulders."""
         return self.kind in ("top", "dress", "jumpsuit")
 
+    def scaled(self, factor: float) -> "Design":
+        """Returns this design with its lengths multiplied, within `LIMITS`.
+
+        Args:
+            factor: Size of the new garment over that of this one; 1 returns this design.
+        """
+        if factor == 1:
+            return self
+        lengths = {name: factor * getattr(self, name) for name in LIMITS if name not in _RATIOS}
+        return replace(self, **{name: float(np.clip(value, *LIMITS[name])) for name, value in lengths.items()})
+
     @property
     def has_legs(self) -> bool:
         """Whether each leg has a tube of its own."""
         return self.kind in ("trousers", "jumpsuit")
+
+
+_RATIOS = ("flare", "sleeve_flare", "leg_taper")
+"""Measures that are no lengths."""
 
 
 def _check_choice(what: str, value: str, choices: tuple[str, ...]) -> None:

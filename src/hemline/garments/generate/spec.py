@@ -3,6 +3,7 @@
 import re
 from typing import TYPE_CHECKING, cast
 
+from hemline.bodies import own_size
 from hemline.errors import BadGarment
 from hemline.garments.garment import Garment
 
@@ -24,6 +25,8 @@ def is_spec(name: str) -> bool:
 def garment_of_spec(name: str, shaped: "ShapedBody") -> Garment:
     """Generates the garment of a name such as `dress:7` or `dress:7@35`: the random design of seed 7.
 
+    On a body of unusual size, such as a child's, the measures of the design are scaled by it.
+
     Args:
         name: Kind, seed and, unless it is 20 mm, the edge length [mm]; `close-` before it makes the design fit closely.
         shaped: The body to wear it.
@@ -41,5 +44,5 @@ def garment_of_spec(name: str, shaped: "ShapedBody") -> Garment:
         cure = f"name it KIND:SEED or KIND:SEED@EDGE, the edge from {least} to {most} mm, such as dress:7@35"
         raise BadGarment("a generated garment's name cannot be read", f"'{name}'", cure)
     kind, seed, close = cast(Kind, match[2]), int(match[3]), match[1] or ""
-    design = random_design(kind, seed, close=bool(close))
+    design = random_design(kind, seed, close=bool(close)).scaled(own_size(shaped))
     return generate_garment(design, shaped, edge=edge / 1000, name=f"{close}{kind}-{seed}")
