@@ -115,6 +115,14 @@ def test_a_character_is_explained(tmp_path, capsys):
     assert blue[2] > 0.005 and blue[:2].max() < 0.001, "the joints are drawn in the third view"
 
 
+@pytest.mark.parametrize("turn, kind", [(0.0, "character"), (0.4, "clip")])
+def test_a_character_in_whose_animation_nothing_moves_is_no_clip(tmp_path, capsys, turn, kind):
+    turns = np.tile([1.0, 0, 0, 0], (4, 24, 1))
+    turns[2, JOINT_NAMES.index("left_elbow")] = [np.cos(turn / 2), np.sin(turn / 2), 0, 0]
+    path = write_character(tmp_path / "me.glb", Sample(clips={"idle": (np.arange(4) / 30, turns)}))
+    assert kind in explained([path, "-o", tmp_path / "me.png"], capsys)
+
+
 def test_a_garment_with_the_bones_of_its_character_is_no_character(tmp_path):
     """Trunk, arms to the wrist and legs to the ankle of the same rig: what a suit has."""
     body = small_body()

@@ -149,3 +149,17 @@ def test_no_triangle_of_crumpled_cloth_is_thin_when_it_is_laid_flat(seed):
     area = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
     longest = np.linalg.norm(np.stack([one, two, two - one]), axis=2).max(axis=0)
     assert (area / (np.sqrt(3) / 2 * longest**2)).min() > 0.079
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_vertex_of_torn_cloth_is_left_without_a_triangle(seed):
+    """A sheet with holes, whose lone triangles go before their tips."""
+    random, side = np.random.default_rng(seed), 14
+    x, z = (each.ravel() for each in np.meshgrid(np.arange(side), np.arange(side), indexing="ij"))
+    vertices = np.stack([x, 0.2 * random.normal(size=side * side), z], axis=1)
+    at = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+    faces = np.concatenate([np.stack([at, at + 1, at + side], 1), np.stack([at + 1, at + side + 1, at + side], 1)])
+    used, faces = np.unique(faces[random.random(len(faces)) > 0.3], return_inverse=True)
+    coarse = coarsen(vertices[used], faces.reshape(-1, 3).astype(np.int32), 50)
+    assert np.array_equal(np.unique(coarse.faces), np.arange(len(coarse.kept)))
+    assert 45 <= len(coarse.kept) < 0.6 * len(used), "rims and corners may stay"

@@ -4,7 +4,7 @@ import time
 
 from hemline.errors import BadGarment
 
-SECONDS = 90.0
+SECONDS = 80.0
 """Processor time that a try-on may take by default [s]."""
 
 

@@ -30,7 +30,8 @@ class ExplainOptions:
     """Picture to write (.png). Defaults to NAME.explained.png in this folder."""
     kind: Kind | None = None
     """Kind of the file: clip, garment or character. By default it is found.
-    A .glb, .vrm or .fbx is a clip if it has an animation, and a character if its bones move head, hands and feet."""
+    A .glb, .vrm or .fbx is a clip if it has an animation in which something moves,
+    and a character if its bones move head, hands and feet."""
     up: Up | None = None
     """Axis that is up in the file of a clip, such as z, or -y as in a camera's coordinates (--up=-y).
     By default it is found from the body: up is where the head is."""
@@ -67,14 +68,17 @@ def _kind_of(file: Path, name: str) -> Kind:
     if ending in _SCENES:
         from hemline.files.gltf import read_gltf
 
-        scene = read_gltf(file, error=BadInput)
-        if scene.all("animations"):
-            if scene.all("skins"):
-                note("the animation is explained; for the mesh and its bones: --kind character")
-            return "clip"
         from hemline.bodies.character.is_character import is_character
 
-        return "character" if is_character(file) else "garment"
+        scene = read_gltf(file, error=BadInput)
+        if not scene.all("animations"):
+            return "character" if is_character(file) else "garment"
+        if scene.all("skins"):
+            if not _moves(name) and is_character(file):
+                note("nothing moves in its animation, so that the character is explained; otherwise: --kind clip")
+                return "character"
+            note("the animation is explained; for the mesh and its bones: --kind character")
+        return "clip"
     if ending == ".safetensors":
         from hemline.files import read_metadata
 
@@ -82,6 +86,18 @@ def _kind_of(file: Path, name: str) -> Kind:
             read_metadata(file, "garment")
             return "garment"
     return "clip"
+
+
+def _moves(name: str) -> bool:
+    """Whether a clip shows more than one pose, or cannot be read; exports of a character may hold an idle take."""
+    import numpy as np
+
+    from hemline import motions
+
+    with suppress(BadInput):
+        clip = motions.open_motion(name)
+        return float(np.ptp(clip.rotations, axis=0).max()) > STILL
+    return True
 
 
 def _is_garment(name: str) -> bool:
@@ -111,5 +127,8 @@ def _explain_character(options: ExplainOptions, picture: Path) -> Iterable[str]:
 
     return explain_character(Path(options.file), picture)
 
+
+STILL = 1e-3
+"""Largest change of a quaternion's component in a clip in which nothing moves [1]."""
 
 _EXPLAIN = {"clip": _explain_clip, "garment": _explain_garment, "character": _explain_character}

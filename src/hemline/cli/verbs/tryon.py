@@ -30,7 +30,7 @@ class TryonOptions:
     scaled: bool = True
     """Scale the garment, by a factor of 0.67 to 1.49, if it was clearly made for a body of another size.
     With --no-scaled its size is kept."""
-    seconds: float = 90.0
+    seconds: float = 80.0
     """Processor time after which the search is given up [s]."""
 
 

@@ -48,7 +48,7 @@ def coarsen(
     Args:
         vertices: Positions [m].
         faces: Triangles with consistent winding.
-        count: Vertices to keep; more stay if no other one may be removed.
+        count: Vertices to keep; more stay if no other one may be removed, and fewer if a lone triangle goes.
         rest_edges: Edges of the triangles laid flat, as in `Garment.rest_edges` [m]; None: their edges in space.
         bound: Bits of the sets that a vertex belongs to, such as a pinned rim; it collapses only onto a vertex that
             belongs to all of them. None: no sets.
@@ -85,8 +85,9 @@ def coarsen(
     )
     kept = np.ones(len(positions), np.bool_)
     collapse(mesh, float(evenness), count, fan, kept)
-    numbers = np.cumsum(kept) - 1
     remaining = mesh.faces[:, 0] >= 0
+    kept[np.setdiff1d(np.flatnonzero(kept), mesh.faces[remaining])] = False  # the tip of a triangle that went
+    numbers = np.cumsum(kept) - 1
     return CoarseMesh(
         np.flatnonzero(kept).astype(np.int32),
         numbers[mesh.faces[remaining]].astype(np.int32),
