@@ -1,5 +1,6 @@
 """Settles a garment on a body and decides whether it can be worn: not inside the body, torn, tangled or fallen."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -54,20 +55,27 @@ class Fitness:
     warnings: tuple[str, ...] = ()
 
 
-def fitness(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Fitness:
+def fitness(
+    garment: Garment,
+    shaped: "ShapedBody",
+    settings: SimSettings | None = None,
+    *,
+    on_step: Callable[[], None] | None = None,
+) -> Fitness:
     """Settles a garment on a body and decides whether it can be worn.
 
     Args:
         garment: The garment, on this shape or another one of the body.
         shaped: The body.
         settings: Settings of the simulator.
+        on_step: Called before each step of the simulator; what it raises ends the search.
     """
     settings, start = settings or SimSettings(), garment.dressed(shaped)
     hopeless = _placement_fault(start, shaped, start.vertices) or _far_too_small(start)
     if hopeless:
         return Fitness(hopeless, {}, None)
     try:
-        rest = rest_drape(garment, shaped, settings)
+        rest = rest_drape(garment, shaped, settings, on_step=on_step)
     except SimulationFailed as failure:
         return Fitness(_why_unsettled(garment, start, shaped, settings, failure), {}, None)
     vertices = rest.vertices[0]

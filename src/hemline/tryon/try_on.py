@@ -231,8 +231,8 @@ def _grow_inside(
         garment = assemble(replace(on_body, notes=notes), replace(description, pins="none"), made_on)
     if isinstance(garment, OffBody):
         raise BadGarment(f"once tried on, {garment.what}", garment.got, _CURE)
-    budget.check("all but settling under gravity")
-    return TryOn(garment, fitness(garment, shaped), alignment, growth)
+    found = fitness(garment, shaped, on_step=lambda: budget.check("all but settling under gravity"))
+    return TryOn(garment, found, alignment, growth)
 
 
 def _hopeless(alignment: Alignment) -> str | None:

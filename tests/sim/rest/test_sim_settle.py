@@ -216,3 +216,25 @@ def test_cloth_that_nothing_holds_finds_no_equilibrium():
     garment, shaped, _ = hanging_strip(pinned=False)
     with pytest.raises(SimulationFailed, match="'strip' found no equilibrium: 1 of a vertex's weight is left"):
         settle(garment, shaped, settings=SimSettings(settle=0.1))
+
+
+def test_whoever_waits_for_a_garment_may_give_it_up():
+    """Called before each step, without a change of the result; what it raises comes through."""
+    calls: list[int] = []
+    free = rest_drape(*shirt())
+    watched = rest_drape(*shirt(), on_step=lambda: calls.append(1))
+    np.testing.assert_array_equal(free.vertices, watched.vertices)
+    assert len(calls) > 10
+
+    class TimeIsUp(Exception):
+        pass
+
+    def give_up():
+        if len(calls) >= 15:
+            raise TimeIsUp
+        calls.append(1)
+
+    calls.clear()
+    with pytest.raises(TimeIsUp):
+        rest_drape(*shirt(), on_step=give_up)
+    assert len(calls) == 15

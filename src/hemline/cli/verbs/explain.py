@@ -66,9 +66,8 @@ def _kind_of(file: Path, name: str) -> Kind:
     if ending in _GARMENTS or (not ending and _is_garment(name)):
         return "garment"
     if ending in _SCENES:
-        from hemline.files.gltf import read_gltf
-
         from hemline.bodies.character.is_character import is_character
+        from hemline.files.gltf import read_gltf
 
         scene = read_gltf(file, error=BadInput)
         if not scene.all("animations"):

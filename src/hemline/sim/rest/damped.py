@@ -1,5 +1,6 @@
 """Damped dynamics at one pose, which bring cloth near its equilibrium: seams are closed first, tangles are ironed."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -38,6 +39,7 @@ def run_damped(
     seconds: float,
     velocity_ratio: float,
     still: float = STILL_SPEED,
+    on_step: Callable[[], None] | None = None,
 ) -> ClothState:
     """Simulates the cloth at one pose; with damping, until it hardly moves.
 
@@ -50,6 +52,7 @@ def run_damped(
         velocity_ratio: Fraction of the velocities that is kept from frame to frame. With 1 there is no damping, no
             ironing, and no end before the time is over.
         still: Mean speed below which the dynamics end [m/s].
+        on_step: Called before each frame; it may raise.
 
     Raises:
         SimulationFailed: A step failed at its shortest.
@@ -62,6 +65,8 @@ def run_damped(
 
     def still_frame(state: ClothState, seconds: float, substeps: int | None) -> ClothState:
         nonlocal projector
+        if on_step:
+            on_step()
         frame = dressed.simulate_frame(state, posed.pose, posed.pose, substeps=substeps, seconds=seconds)
         cleaned = end.clean(posed, frame.state.positions, seconds, frame.state.contact_history, projector=projector)
         projector = cleaned.projector

@@ -1,5 +1,6 @@
 """Static equilibrium of a garment on a body, in any pose and shape."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -88,7 +89,13 @@ def settle(
     return _settle(garment, shaped, pose, settings, start, tolerance, method)
 
 
-def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | None = None) -> Take:
+def rest_drape(
+    garment: Garment,
+    shaped: "ShapedBody",
+    settings: SimSettings | None = None,
+    *,
+    on_step: Callable[[], None] | None = None,
+) -> Take:
     """Settles a garment in the rest pose of a body; returns a take of kind `rest` with one frame.
 
     If no equilibrium is found, the result is where damped dynamics end, since a take can continue from there. The
@@ -99,11 +106,12 @@ def rest_drape(garment: Garment, shaped: "ShapedBody", settings: SimSettings | N
         garment: The garment.
         shaped: The body.
         settings: Settings of the simulator; the wind is ignored.
+        on_step: Called before each frame and each Newton step; what it raises ends the search.
 
     Raises:
         SimulationFailed: More than 0.5 % of its edges cross the garment, or a step failed at its shortest.
     """
-    return rest_state(garment, shaped, settings).take()
+    return rest_state(garment, shaped, settings, on_step=on_step).take()
 
 
 def rest_state(
@@ -112,6 +120,7 @@ def rest_state(
     settings: SimSettings | None = None,
     *,
     max_crossing: float | None = None,
+    on_step: Callable[[], None] | None = None,
 ) -> Rest:
     """Settles a garment in the rest pose of a body, see `rest_drape`; returns all that is known about the result.
 
@@ -120,10 +129,12 @@ def rest_state(
         shaped: The body.
         settings: Settings of the simulator; the wind is ignored.
         max_crossing: Largest fraction of edges that may cross the cloth; None for that of `rest_drape`.
+        on_step: See `rest_drape`.
     """
     quiet = replace(settings or SimSettings(), wind=(0.0, 0.0, 0.0), gusts=0.0)
     pose, tolerance = shaped.rest_pose, TAKE_START_TOLERANCE
-    return _settle(garment, shaped, pose, quiet, None, tolerance, refuse=False, max_crossing=max_crossing)
+    how = {"refuse": False, "max_crossing": max_crossing, "on_step": on_step}
+    return _settle(garment, shaped, pose, quiet, None, tolerance, **how)
 
 
 def _settle(
@@ -137,6 +148,7 @@ def _settle(
     *,
     refuse: bool = True,
     max_crossing: float | None = None,
+    on_step: Callable[[], None] | None = None,
 ) -> Rest:
     """Settles a garment that is first dressed on the shape of the body.
 
@@ -146,9 +158,8 @@ def _settle(
     Raises:
         SimulationFailed: Both failed; the message is that of the first.
     """
-    settling = partial(
-        Settling, garment, shaped, pose, settings, start, tolerance, refuse=refuse, max_crossing=max_crossing
-    )
+    how = {"refuse": refuse, "max_crossing": max_crossing, "on_step": on_step}
+    settling = partial(Settling, garment, shaped, pose, settings, start, tolerance, **how)
     # a settled start needs no dressing
     start_garment = garment if start is not None else garment.dressed(shaped)
     try:

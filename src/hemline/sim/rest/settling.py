@@ -1,5 +1,6 @@
 """One settling of a garment: Newton's method from station to station, damped dynamics where it fails, or a walk."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -74,6 +75,7 @@ class Settling:
         start_garment: The garment with the start positions, used if `start` is None.
         refuse: Whether to raise an error if no equilibrium is found. Otherwise the result is where damped dynamics end.
         max_crossing: Largest fraction of edges that may cross the cloth; None for the usual limit.
+        on_step: Called before each frame and each Newton step; it may raise.
 
     Attributes:
         newton_steps: Newton steps so far.
@@ -93,7 +95,9 @@ class Settling:
         *,
         refuse: bool,
         max_crossing: float | None = None,
+        on_step: Callable[[], None] | None = None,
     ):
+        self.on_step = on_step
         self.garment, self.shaped, self.pose, self.settings = garment, shaped, pose, settings
         self.start, self.tolerance, self.start_garment, self.refuse = start, tolerance, start_garment, refuse
         self.max_crossing = max_crossing or (MAX_CROSSING_RATIO if refuse else MAX_CROSSING_RATIO_AT_START)
@@ -224,7 +228,9 @@ class Settling:
         return search, result
 
     def _search(self, pinched: Mask, scene: StepScene, crease_face: BodyFaces | None = None) -> EquilibriumSearch:
-        return EquilibriumSearch(self.dressed.model, self.dressed.stepper.workspace, pinched, scene, crease_face)
+        return EquilibriumSearch(
+            self.dressed.model, self.dressed.stepper.workspace, pinched, scene, crease_face, self.on_step
+        )
 
     def _settle_by_dynamics(self, posed: "PosedBody", positions: Positions) -> tuple[EquilibriumSearch, Equilibrium]:
         """Returns where damped dynamics end, balanced or not."""
@@ -256,7 +262,8 @@ class Settling:
             self.dressed if posed.shaped is self.shaped else DressedBody(self.garment, posed.shaped, self.settings)
         )
         end = self._frame_end(posed)
-        return run_damped(dressed, end, posed, positions, seconds=seconds, velocity_ratio=velocity_ratio, still=still)
+        how = {"seconds": seconds, "velocity_ratio": velocity_ratio, "still": still, "on_step": self.on_step}
+        return run_damped(dressed, end, posed, positions, **how)
 
     def _drape(self, posed: "PosedBody", positions: Positions, friction_anchors: FrictionAnchors | None) -> Rest:
         """Returns the garment after a fixed time of undamped dynamics."""

@@ -1,6 +1,7 @@
 """Static equilibrium of one sheet: Newton's method on the forces themselves, without inertia."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -103,7 +104,9 @@ class EquilibriumSearch:
         pinched: Bool[np.ndarray, " verts"],
         scene: StepScene,
         crease_face: BodyFaces | None = None,
+        on_step: Callable[[], None] | None = None,
     ):
+        self.on_step = on_step
         self.model, self.workspace, self.pinched, self.scene = model, workspace, pinched, scene
         self.newton_steps = self.solver_steps = 0
         self.flips = np.zeros(len(pinched), np.int32)
@@ -178,6 +181,8 @@ class EquilibriumSearch:
                 step.friction_anchors,
                 step.load > 0,
             )
+            if self.on_step:
+                self.on_step()
             try:
                 spent = step.newton()
             except StepRejected:
