@@ -16,8 +16,8 @@ class BodyOptions:
     """Options of `hemline body`."""
 
     character: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="CHARACTER")]
-    """Character to convert: a .glb, .gltf, .vrm (0.x, 1.0) or .fbx file with a skin, an SMPL .npz or .pkl file,
-    or, to add accessories, anny24 or a body file."""
+    """Character to convert: a .glb, .gltf, .vrm (0.x, 1.0) or .fbx file with a skin, or an SMPL .npz or .pkl file.
+    With --accessory it may also be anny24 or a body file."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """Body file to write (.safetensors). Every --body option accepts it."""
     height: float | None = None

@@ -30,8 +30,8 @@ class ExplainOptions:
     """Picture to write (.png). Defaults to NAME.explained.png in this folder."""
     kind: Kind | None = None
     """Kind of the file: clip, garment or character. By default it is found.
-    A .glb, .vrm or .fbx is a clip if it has an animation in which something moves,
-    and a character if its bones move head, hands and feet."""
+    A .glb, .vrm or .fbx is a clip if something moves in its animation.
+    Otherwise it is a character if its bones move head, hands and feet."""
     up: Up | None = None
     """Axis that is up in the file of a clip, such as z, or -y as in a camera's coordinates (--up=-y).
     By default it is found from the body: up is where the head is."""

@@ -277,7 +277,7 @@ class Player:
                 f"animator '{self.animator.name}'",
                 "prepare a player for each body",
             )
-        known = known_body(self.animator, body)
+        known = body if self.known is self.body else body.bare
         moved = replace(state, animator=self.animator.reshape(state.animator, known))
         return replace(self, body=body, known=known, collider=body), moved
 
