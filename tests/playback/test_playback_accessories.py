@@ -87,3 +87,18 @@ def test_live_lays_a_cape_over_a_bag(tmp_path, run):
     middle = np.abs(cloth[:, 0]) < 0.1
     within = middle & (cloth[:, 1] > bag[:, 1].min() + 0.05) & (cloth[:, 1] < bag[:, 1].max() - 0.05)
     assert within.sum() > 10 and (cloth[within, 2] < bag[:, 2].min() + 0.01).all()
+
+
+def test_a_body_with_accessories_keeps_the_name_of_the_body_without_them(tmp_path, monkeypatch):
+    """A body file is known to models by its path, as given; its accessories are added to that file by the command."""
+    from hemline.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    carrying(tmp_path, "spine3", [0, 0.1, -0.14], [0.2, 0.12, 0.12])
+    bodies.write("me.safetensors", bodies.load("anny24"))
+    assert main(["body", "me.safetensors", "--accessory", "box.obj:spine3", "-o", "armed.safetensors"]) == 0
+    assert main(["body", "anny24", "--accessory", "box.obj:spine3", "-o", "hero.safetensors"]) == 0
+    assert bodies.load("armed.safetensors").bare.name == "me.safetensors"
+    assert bodies.load("hero.safetensors").bare.name == "anny24"
+    assert main(["body", "me.safetensors", "-o", "again.safetensors"]) == 0
+    assert bodies.read("again.safetensors").name == "anny24", "no path is written into a body without accessories"

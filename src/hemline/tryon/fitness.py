@@ -77,7 +77,7 @@ def fitness(
     try:
         rest = rest_drape(garment, shaped, settings, on_step=on_step)
     except SimulationFailed as failure:
-        return Fitness(_why_unsettled(garment, start, shaped, settings, failure), {}, None)
+        return Fitness(_why_unsettled(garment, start, shaped, settings, failure, on_step), {}, None)
     vertices = rest.vertices[0]
     fall = float((start.vertices[:, 1] - vertices[:, 1]).mean())
     keys = (
@@ -111,13 +111,19 @@ def _too_small(median: float, high: float) -> str:
 
 
 def _why_unsettled(
-    garment: Garment, start: Garment, shaped: "ShapedBody", settings: SimSettings, failure: SimulationFailed
+    garment: Garment,
+    start: Garment,
+    shaped: "ShapedBody",
+    settings: SimSettings,
+    failure: SimulationFailed,
+    on_step: Callable[[], None] | None,
 ) -> str:
     """Returns why a garment could not settle: its fall, if it falls and crumples, else the failure of the simulator."""
     vertices = failure.vertices if isinstance(failure, TangledCloth) else None
     if vertices is None:
         try:
-            vertices = rest_drape(garment, shaped, replace(settings, self_contact=False)).vertices[0]
+            loose = replace(settings, self_contact=False)
+            vertices = rest_drape(garment, shaped, loose, on_step=on_step).vertices[0]
         except SimulationFailed:
             return str(failure)
     return _fall_fault(1000 * float((start.vertices[:, 1] - vertices[:, 1]).mean())) or str(failure)

@@ -1,7 +1,7 @@
 """`hemline body CHARACTER -o BODY.safetensors`."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -46,9 +46,12 @@ def run(options: BodyOptions) -> int:
     elif options.height is not None or options.unit is not None:
         raise BadInput("--height and --unit are for .glb, .vrm and .gltf", options.character.name, "leave them out")
     else:
-        body, notes = bodies.load(str(options.character)), ()
-    body, accessory_notes = bodies.attach(body, accessories)
-    notes += accessory_notes
+        shipped = str(options.character) in bodies.names()
+        body, notes = bodies.load(str(options.character)) if shipped else bodies.read(options.character), ()
+    if accessories:
+        # models that were fitted on the file without accessories know it by this name, see `bodies.load`
+        body, accessory_notes = bodies.attach(replace(body, name=str(options.character)), accessories)
+        notes += accessory_notes
     bodies.write(options.output, body)
     if options.picture is not None:
         _draw(options.picture, body)

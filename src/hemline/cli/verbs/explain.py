@@ -95,7 +95,7 @@ def _moves(name: str) -> bool:
 
     with suppress(BadInput):
         clip = motions.open_motion(name)
-        return float(np.ptp(clip.rotations, axis=0).max()) > STILL
+        return float(max(np.ptp(clip.rotations, axis=0).max(), np.ptp(clip.translations, axis=0).max())) > STILL
     return True
 
 
@@ -128,6 +128,6 @@ def _explain_character(options: ExplainOptions, picture: Path) -> Iterable[str]:
 
 
 STILL = 1e-3
-"""Largest change of a quaternion's component in a clip in which nothing moves [1]."""
+"""Largest change of a quaternion's component, and of the pelvis' place [m], in a clip in which nothing moves."""
 
 _EXPLAIN = {"clip": _explain_clip, "garment": _explain_garment, "character": _explain_character}
