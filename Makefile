@@ -15,11 +15,11 @@ ifneq ($(wildcard $(NEWTON)),)
 export HEMLINE_NEWTON_PYTHON ?= $(abspath $(NEWTON))
 endif
 
-.PHONY: demo demo-from-nothing test test-all test-pythons check site bench judges judges-install clean
+.PHONY: demo demo-from-nothing test test-all test-pythons check site bench kernels judges judges-install clean
 
-$(VENV)/.base: pyproject.toml constraints.txt
+$(VENV)/.base: pyproject.toml constraints.txt kernels/pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(INSTALL) --editable .
+	$(INSTALL) --editable . --editable ./kernels
 	touch $@
 
 $(VENV)/.learn: $(VENV)/.base
@@ -42,11 +42,9 @@ demo: $(VENV)/.base
 demo-from-nothing: $(VENV)/.learn
 	$(BIN)/hemline demo --from-nothing --out out/demo-from-nothing
 
-# one process per core, each with one file of tests at a time, as fixtures are shared within a file; kernels are compiled
-# before, for the single thread that tests use, so that the processes do not compile them again; files keep their order,
-# so that no slow one comes last
+# one process per core, each with one file of tests at a time, as fixtures are shared within a file; files keep their
+# order, so that no slow one comes last
 test: $(VENV)/.dev
-	NUMBA_NUM_THREADS=1 $(BIN)/hemline warmup --jobs 2
 	$(BIN)/python -m pytest -m "not slow" --numprocesses auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
 
 test-all: $(VENV)/.dev
@@ -69,6 +67,11 @@ site: $(VENV)/.docs
 # times all benchmarks of `hemline bench` on this machine, into benchmarks/results
 bench: $(VENV)/.base
 	$(BIN)/hemline bench --all --record benchmarks/results
+
+# compiles all kernels in advance, for each installed Python from 3.11 to 3.13, into kernels/hemline_kernels; run it after
+# a kernel has changed
+kernels:
+	$(PYTHON) tools/kernels.py
 
 # Blender's cloth (800 MB, needs Python 3.11) and Newton, each in an environment of its own
 judges-install: $(BLENDER) $(NEWTON)

@@ -26,7 +26,7 @@ def test_no_process_is_refused(capsys):
 
 @pytest.mark.slow
 def test_what_two_processes_compiled_is_there_for_a_third(tmp_path):
-    environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path)}
+    environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path), "HEMLINE_KERNEL_PACK": "none"}
     command = [sys.executable, "-m", "hemline", "warmup", "--jobs", "2"]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     assert all(name in done.stderr for name in STAGES) and done.stdout.strip() == str(tmp_path)
@@ -38,7 +38,7 @@ def test_what_two_processes_compiled_is_there_for_a_third(tmp_path):
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="a terminal's Ctrl-C is a signal to a group of processes")
 def test_ctrl_c_ends_it_at_once_while_compilers_are_at_work(tmp_path):
     command = [sys.executable, "-m", "hemline", "warmup", "--jobs", "2"]
-    environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path)}
+    environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path), "HEMLINE_KERNEL_PACK": "none"}
     options = {"stderr": subprocess.PIPE, "text": True, "start_new_session": True, "preexec_fn": _hear_ctrl_c}
     with subprocess.Popen(command, env=environment, **options) as run:
         while not any(tmp_path.rglob("*.kernel")):
@@ -59,7 +59,7 @@ def _hear_ctrl_c() -> None:
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="a kill that cannot be heard is a signal")
 def test_its_processes_end_with_it_when_it_is_killed(tmp_path):
     command = [sys.executable, "-m", "hemline", "warmup", "--jobs", "2"]
-    environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path)}
+    environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path), "HEMLINE_KERNEL_PACK": "none"}
     run = subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL, start_new_session=True)
     while not any(tmp_path.rglob("*.kernel")):
         assert run.poll() is None

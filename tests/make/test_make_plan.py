@@ -13,7 +13,9 @@ from hemline.errors import BadInput
 from hemline.make.clips import FPS, at_speed, clean_part, open_clips, requests
 from hemline.make.plan import (
     BODIES,
-    FRAMES_PER_DRAPE,
+    BODY_FRAMES,
+    DERIVATIVE_FRAMES,
+    DRAPE_FRAMES,
     LEAST_EFFORT,
     RESERVE,
     DataPlan,
@@ -52,7 +54,7 @@ def test_a_plan_keeps_to_its_time_and_says_what_it_leaves_out(hanging, frame_s, 
 
 
 def test_more_time_buys_more_of_everything():
-    short, long = (make_plan(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (10, 60))
+    short, long = (make_plan(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (20, 120))
     assert short.frames > 0
     assert short.anchors > 0
     assert 5 < long.frames / short.frames < 7
@@ -97,7 +99,7 @@ def test_no_more_drapes_are_planned_than_the_clips_have_poses(minutes, hanging):
 def test_time_that_the_clips_do_not_take_is_planned_for_drapes(minutes, frame_s):
     plan = make_plan(METHODS, 0.4, frame_s, 60 * minutes, 2, most_frames=3630)
     if plan.anchors:
-        cost = frame_s * FRAMES_PER_DRAPE / 2 + 1
+        cost = frame_s * DRAPE_FRAMES / 2 + 1
         planned = sum(plan.seconds(frame_s, 2, 1.0).values())
         assert planned == pytest.approx((1 - RESERVE) * 60 * minutes, abs=cost * BODIES + 2)
 
@@ -168,13 +170,20 @@ def test_clips_that_would_spoil_the_comparison_are_refused(clips, match):
 
 
 def test_a_small_budget_settles_the_fewest_anchors_rather_than_none():
-    cost = 0.05 * FRAMES_PER_DRAPE + agentdress_seconds(1, 1.0)
-    least = (BODIES * 3 + 20) * cost / (1 - RESERVE)
+    cost = 0.05 * DRAPE_FRAMES + agentdress_seconds(1, 1.0)
+    bodies = 0.05 * BODIES * (BODY_FRAMES + DERIVATIVE_FRAMES)
+    least = ((BODIES * 3 + 20) * cost + bodies) / (1 - RESERVE)
     enough, too_little = (make_plan(METHODS, 0.05, 0.05, factor * least, 1) for factor in (1.01, 0.99))
     assert (enough.anchors, "agentdress" in enough.methods) == (2, True)
     assert enough.poses > 0
     assert too_little.anchors == 0
     assert any(reason.startswith("agentdress needs about") for reason in too_little.left_out)
+
+
+def test_a_garment_that_half_hangs_gets_the_fewest_anchors_before_more_clips():
+    short, long = (make_plan(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (10, 60))
+    assert short.anchors == 2 < long.anchors
+    assert 150 <= short.frames < long.frames / 6
 
 
 def test_time_is_shared_as_the_area_is():

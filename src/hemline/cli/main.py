@@ -3,6 +3,7 @@
 import contextlib
 import importlib
 import io
+import logging
 import os
 import sys
 import warnings
@@ -46,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        with _one_line_warnings():
+        with _one_line_warnings(), _compiling_is_said():
             return _run(words)
     except SimulationFailed as error:
         return _print_error(str(error), FAILED)
@@ -125,6 +126,21 @@ def _one_line_warnings() -> Iterator[None]:
 
         warnings.showwarning = show
         yield
+
+
+@contextlib.contextmanager
+def _compiling_is_said() -> Iterator[None]:
+    """Prints on stderr that kernels are compiled, which hemline logs."""
+    log, handler = logging.getLogger("hemline.compiled"), logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("hemline: %(message)s"))
+    before = log.level
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(before)
 
 
 def _overview() -> str:

@@ -23,7 +23,7 @@ def kernel_files() -> dict[str, Path]:
 @cache
 def source_hash(file: Path) -> str:
     """Returns a hash of `source_files(file)` and of the versions of Python, numba and llvmlite."""
-    versions = f"{sys.version_info[:3]} {numba.__version__} {llvmlite.__version__}"
+    versions = f"{sys.version_info[:2]} {numba.__version__} {llvmlite.__version__}"
     digest = hashlib.sha256(versions.encode())
     for each in source_files(file):
         digest.update(each.read_bytes())

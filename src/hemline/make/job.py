@@ -1,16 +1,20 @@
 """What all steps of making a model need."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from hemline import sim
 from hemline.animators import Progress
+from hemline.arrays import Vertices
 from hemline.bodies import ShapedBody
 from hemline.datasets import Dataset, open_dataset
+from hemline.errors import SimulationFailed
 from hemline.garments import Garment
 from hemline.motions import Motion
 
 from .clock import Clock
+from .data_mesh import DataMesh
 from .settings import MakeSettings
 from .work_folder import WorkFolder
 
@@ -27,6 +31,7 @@ class Job:
         check: The clip that methods are compared on.
         body: The body.
         garment: The garment, tried on.
+        mesh: The mesh that is simulated to get data for fits.
         work: The folder of the run.
         clock: The time of the run.
         progress: Called with the stage, the steps done and the total number of steps.
@@ -39,12 +44,50 @@ class Job:
     check: Motion
     body: ShapedBody
     garment: Garment
+    mesh: DataMesh
     work: WorkFolder
     clock: Clock
     progress: Progress
 
-    def produce(self, name: str, clips: Sequence[sim.ClipRequest], progress: Progress) -> Dataset:
-        """Simulates clips into a dataset of the folder; existing takes are kept."""
+    def simulate(self, name: str, clips: Sequence[sim.ClipRequest], progress: Progress) -> Dataset:
+        """Simulates the garment itself on clips, into a dataset of the folder; existing takes are kept."""
         folder = self.work.folder / name
-        sim.produce(folder, self.garment, clips, jobs=self.jobs, scheduler=self.scheduler, report=progress)
+        self.produce(folder, self.garment, clips, progress)
         return open_dataset(folder)
+
+    def produce(self, folder: Path, mesh: Garment, clips: Sequence[sim.ClipRequest], progress: Progress) -> None:
+        """Simulates a mesh on clips into a dataset; existing takes are kept."""
+        sim.produce(folder, mesh, clips, jobs=self.jobs, scheduler=self.scheduler, report=progress)
+
+    def settled(self) -> Vertices:
+        """Returns the garment settled on the body (verts, 3) [m]; it settles once, in the dataset `check`.
+
+        Raises:
+            SimulationFailed: The garment does not come to rest.
+        """
+        folder, betas = self.work.folder / "check", self.garment.body_betas
+        (rest,) = sim.produce_rests(folder, self.garment, [betas])
+        if isinstance(rest, str):
+            raise SimulationFailed(f"{self.garment.name} cannot be simulated: {rest}")
+        return rest.vertices[0]
+
+    def collect(self, name: str, make: Callable[[Path, Garment], object]) -> None:
+        """Makes a dataset of the mesh that is simulated, and from it the one of the garment in the folder.
+
+        What was made is kept if `make` stops with an error.
+
+        Args:
+            name: Name of the dataset.
+            make: Makes it, given its folder and the mesh.
+        """
+        folder, mesh = self.work.folder / name, self.mesh
+        mesh.remove_others(folder)
+        if not mesh.is_coarser:
+            make(folder, self.garment)
+            return
+        coarse = self.work.folder / "coarse" / f"{len(mesh.vertex_ids)}" / name
+        try:
+            make(coarse, mesh.simulated)
+        finally:
+            if (coarse / "garment.safetensors").exists():
+                mesh.carry(open_dataset(coarse), folder, self.settled())

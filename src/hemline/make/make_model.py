@@ -20,6 +20,7 @@ from .choice import choose, faults
 from .clips import ALL_FRAMES, CHECK_CLIP, FPS, clean_part, open_clips, requests
 from .clock import Clock
 from .comparison import Comparison
+from .data_mesh import DataMesh
 from .job import Job
 from .plan import LEAST_EFFORT, RESERVE, DataPlan, agentdress_seconds, plan_data, ropes_seconds
 from .regions import Regions
@@ -117,15 +118,16 @@ def make_model(
         )
         worn.save(work.folder / "garment.safetensors")
         ignore = progress or (lambda *step: None)
-        return _make(Job(settings, jobs, scheduler, motions, check, shaped, worn, work, clock, ignore), path)
+        mesh = DataMesh.of(worn, settings.minutes)
+        return _make(Job(settings, jobs, scheduler, motions, check, shaped, worn, mesh, work, clock, ignore), path)
 
 
 def _make(job: Job, path: Path) -> Outcome:
     work, clock = job.work, job.clock
     methods, left_out = _begin(job)
     regions, frame_s = probe_garment(job)
-    job = shorten_check(job, frame_s)
-    check = simulate_check(job, frame_s)
+    job = shorten_check(job, frame_s * job.mesh.cost_ratio)
+    check = simulate_check(job, frame_s * job.mesh.cost_ratio)
     found = Comparison(job, check)
     found.compare_unfitted(methods)
     plan = _plan(job, methods, left_out, regions, frame_s, found)

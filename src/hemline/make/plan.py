@@ -5,8 +5,9 @@ from typing import Any, Self
 
 from .clock import time_text
 
-FRAMES_PER_DRAPE = 25.0
-"""Cost of one settled drape, in simulated frames of the same garment."""
+DRAPE_FRAMES, BODY_FRAMES, DERIVATIVE_FRAMES = 25.0, 135.0, 45.0
+"""Cost of settling the garment in a pose, of settling it at rest on one more body, and of its derivatives by all
+joints, in simulated frames of the same garment."""
 ROPES_START_S, ROPES_FRAME_S, ROPES_TRAINED_FRAME_S = 20.0, 0.045, 0.075
 """Time of a fit of rope chains: at the start, for each frame, and for the training on each frame [s], at slowness 1."""
 AGENTDRESS_DRAPE_S = 0.06
@@ -27,8 +28,9 @@ FEWEST_ANCHORS, MOST_ANCHORS = 2, 150
 """Number of anchors below which AgentDress is not fitted, and that of the paper."""
 FEWEST_POSES = 20
 """Number of further poses below which AgentDress is not fitted."""
-ANCHORS_SHARE = 0.55
-"""Share of the drapes that are anchors on all bodies, as far as there is time for more than the fewest."""
+ANCHORS_SHARE, RANDOM_SHARE = 0.55, 0.4
+"""Share of the time for drapes that goes to anchors, if that is enough for more than the fewest; and share of what then
+is left that goes to random bodies."""
 SPEEDS = (1.0, 0.8, 1.25, 0.65)
 """Factors of the speed of clips, used one after another until there are enough frames."""
 
@@ -69,9 +71,15 @@ class DataPlan:
         ropes = ropes_seconds(self.frames, slowness) if self.frames else 0.0
         return {
             "simulate": frame_s * self.frames / jobs,
-            "drape": frame_s * FRAMES_PER_DRAPE * self.drapes / jobs,
+            "drape": frame_s * self._drape_frames(jobs) / jobs,
             "fit": ropes + agentdress_seconds(self.drapes, slowness),
         }
+
+    def _drape_frames(self, jobs: int) -> float:
+        """Returns the cost of all drapes, in simulated frames."""
+        if self.anchors == 0:
+            return 0.0
+        return _t_pose_frames(jobs, self.anchors) + DRAPE_FRAMES * self.drapes + BODY_FRAMES * self.random
 
     def entries(self) -> dict[str, Any]:
         """Returns the plan as JSON-like values."""
@@ -112,6 +120,14 @@ def ropes_effort(frames: int, seconds_left: float, slowness: float) -> float:
     return min(1.0, effort) if effort >= LEAST_EFFORT else 0.0
 
 
+def _t_pose_frames(jobs: int, anchors: int) -> float:
+    """Returns the cost of derivatives, and of settling the garment at rest on the bodies of the anchors.
+
+    Each process settles it for itself on each body that it meets.
+    """
+    return BODIES * (BODY_FRAMES * min(jobs, anchors + 1) + DERIVATIVE_FRAMES)
+
+
 def plan_data(
     methods: tuple[str, ...],
     hanging: float,
@@ -148,25 +164,33 @@ def plan_data(
         )
     budget = max(0.0, seconds_left) * (1 - RESERVE)
     frame_cost = frame_s / jobs + slowness * (ROPES_FRAME_S + ROPES_TRAINED_FRAME_S)
-    drape_cost = frame_s * FRAMES_PER_DRAPE / jobs + slowness * AGENTDRESS_DRAPE_S
+    drape_s = frame_s * DRAPE_FRAMES / jobs + slowness * AGENTDRESS_DRAPE_S
+    random_s, anchor_s = drape_s + frame_s * BODY_FRAMES / jobs, BODIES * drape_s
 
     def frames_within(seconds: float) -> int:
         return min(most_frames, max(0, int((seconds - slowness * ROPES_START_S) / frame_cost)))
 
     # time is shared as the area is: hanging cloth is the part that rope chains play better
     frames = frames_within((hanging if close else 1.0) * budget) if ropes else 0
+    first_s = frame_s * _t_pose_frames(jobs, FEWEST_ANCHORS) / jobs + anchor_s
+    least_s = first_s + FEWEST_ANCHORS * anchor_s + FEWEST_POSES * drape_s
+    if close and frames_within(budget - least_s) >= FEWEST_FRAMES:
+        frames = min(frames, frames_within(budget - least_s))
     frames = frames if frames >= FEWEST_FRAMES else 0
     for_drapes = budget - (slowness * ROPES_START_S + frames * frame_cost if frames else 0.0)
-    drapes = int(for_drapes / drape_cost) if close else 0
-    least_drapes = BODIES * (FEWEST_ANCHORS + 1) + FEWEST_POSES
-    spread = max(round(ANCHORS_SHARE * drapes / BODIES), (drapes - 2 * most_poses) // BODIES) - 1
-    spread = max(spread, FEWEST_ANCHORS) if drapes >= least_drapes else 0
-    anchors = min(MOST_ANCHORS, most_poses, spread)
+    anchors = poses = random = 0
+    if close and for_drapes >= least_s:
+        rest_s = for_drapes - frame_s * _t_pose_frames(jobs, MOST_ANCHORS) / jobs - anchor_s
+        wanted_s = max(ANCHORS_SHARE * rest_s, rest_s - most_poses * (drape_s + random_s))
+        anchors = min(MOST_ANCHORS, most_poses, max(FEWEST_ANCHORS, int(wanted_s / anchor_s)))
+        rest_s = for_drapes - frame_s * _t_pose_frames(jobs, anchors) / jobs - (anchors + 1) * anchor_s
+        wanted_s = max(RANDOM_SHARE * rest_s, rest_s - most_poses * drape_s)
+        random = min(most_poses, int(wanted_s / random_s))
+        poses = min(most_poses, int((rest_s - random * random_s) / drape_s))
     if close and anchors < FEWEST_ANCHORS:
         close = False
-        need = least_drapes * drape_cost
         left_out.append(
-            f"agentdress needs about {time_text(need)} of drapes for this garment, "
+            f"agentdress needs about {time_text(least_s)} of drapes for this garment, "
             f"and there are {time_text(for_drapes)}."
         )
         frames = frames_within(budget) if ropes else 0
@@ -174,14 +198,12 @@ def plan_data(
         ropes = False
         need = slowness * ROPES_START_S + FEWEST_FRAMES * frame_cost
         left_out.append(f"ropes needs about {time_text(need)} of simulation and training.")
-    rest = max(0, drapes - BODIES * (anchors + 1))
-    poses = min(most_poses, round(0.75 * rest))
     kept = tuple(method for method in methods if (method != "ropes" or ropes) and (method != "agentdress" or close))
     return DataPlan(
         kept,
         frames if ropes else 0,
-        anchors if close else 0,
-        poses if close else 0,
-        min(most_poses, rest - poses) if close else 0,
+        anchors,
+        poses,
+        random,
         tuple(left_out),
     )

@@ -2,10 +2,13 @@
 
 import time
 from dataclasses import replace
+from pathlib import Path
 
 from hemline import sim
-from hemline.datasets import Dataset
+from hemline.animators import Progress
+from hemline.datasets import Dataset, open_dataset
 from hemline.errors import SimulationFailed
+from hemline.garments import Garment
 from hemline.motions import open_motion
 
 from .clips import FPS, clean_part, requests
@@ -21,7 +24,10 @@ CHECK_SHARE, LEAST_CHECK_S = 0.15, 1.0
 
 
 def probe_garment(job: Job) -> tuple[Regions, float]:
-    """Simulates two seconds; returns where the garment hangs, and the time of a frame in one process [s]."""
+    """Simulates two seconds; returns where the garment hangs, and the time of a frame in one process [s].
+
+    The time is that of the mesh that is simulated for fits, see `DataMesh`.
+    """
     work, garment = job.work, job.garment
     motion = clean_part(open_motion(PROBE_CLIP))[PROBE_FRAMES]
     job.clock.begin("simulating two seconds to see what hangs", None)
@@ -32,12 +38,14 @@ def probe_garment(job: Job) -> tuple[Regions, float]:
             times.append(time.monotonic())
         job.progress(clip, done, total)
 
-    probe = job.produce("probe", [sim.ClipRequest(motion, "")], report)
+    clips = [sim.ClipRequest(motion, "")]
+    job.collect("probe", lambda folder, mesh: job.produce(folder, mesh, clips, report))
+    probe = open_dataset(work.folder / "probe")
     frame_s = (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else work.state.get("frame_s", 1.0)
     (row,) = probe.clips() or [None]
     if row is None:
         raise SimulationFailed(f"{garment.name} cannot be simulated: {probe.rows()[0].failed}")
-    rest = probe.rest(garment.body_betas).vertices[0]
+    rest = job.settled()
     regions = Regions.of(probe.take(row), rest, garment.faces, job.body)
     work.note(frame_s=frame_s)
     return regions, frame_s
@@ -48,7 +56,7 @@ def shorten_check(job: Job, frame_s: float) -> Job:
 
     Args:
         job: The run.
-        frame_s: Time of a simulated frame in one process [s].
+        frame_s: Time of a simulated frame of the garment in one process [s].
     """
     frames = max(round(LEAST_CHECK_S * FPS) + 1, int(CHECK_SHARE * job.clock.total_s / max(frame_s, 1e-6)))
     return job if frames >= len(job.check) else replace(job, check=job.check[:frames])
@@ -59,13 +67,13 @@ def simulate_check(job: Job, frame_s: float) -> Dataset:
 
     Args:
         job: The run.
-        frame_s: Time of a simulated frame in one process [s].
+        frame_s: Time of a simulated frame of the garment in one process [s].
 
     Raises:
         SimulationFailed: The clip cannot be simulated to its end.
     """
     job.clock.begin("simulating the clip that methods are compared on", frame_s * len(job.check))
-    data = job.produce("check", [sim.ClipRequest(job.check, "")], job.progress)
+    data = job.simulate("check", [sim.ClipRequest(job.check, "")], job.progress)
     failed = [row.failed for row in data.rows() if row.failed]
     if failed:
         raise SimulationFailed(f"{job.garment.name} cannot be simulated: {failed[0]}")
@@ -78,7 +86,8 @@ def simulate_takes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) 
     count = sum(len(clip.motion) for clip in clips)
     job.clock.begin(f"simulating {count} frames of {len(clips)} clips", expected_s)
     try:
-        job.produce("takes", clips, job.clock.stop_late(job.progress, limit_s))
+        progress = job.clock.stop_late(job.progress, limit_s)
+        job.collect("takes", lambda folder, mesh: job.produce(folder, mesh, clips, progress))
     except OutOfTime:
         job.clock.say("Not all clips were simulated: the time that is left is needed for the fit.")
 
@@ -87,17 +96,22 @@ def settle_drapes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) -
     """Settles the drapes of a plan, or as many as come to rest within a time limit [s]."""
     job.clock.begin(f"settling {plan.drapes} drapes in {plan.anchors + plan.poses} poses", expected_s)
     try:
-        sim.make_database(
-            job.work.folder / "drapes",
-            job.garment,
-            job.clips,
-            plan.anchors,
-            beside=plan.poses,
-            random=plan.random,
-            seed=job.settings.seed,
-            jobs=job.jobs,
-            scheduler=job.scheduler,
-            progress=job.clock.stop_late(job.progress, limit_s),
-        )
+        progress = job.clock.stop_late(job.progress, limit_s)
+        job.collect("drapes", lambda folder, mesh: _make_database(job, plan, folder, mesh, progress))
     except OutOfTime:
         job.clock.say("Not all drapes were settled: the time that is left is needed for the fit.")
+
+
+def _make_database(job: Job, plan: DataPlan, folder: Path, mesh: Garment, progress: Progress) -> None:
+    sim.make_database(
+        folder,
+        mesh,
+        job.clips,
+        plan.anchors,
+        beside=plan.poses,
+        random=plan.random,
+        seed=job.settings.seed,
+        jobs=job.jobs,
+        scheduler=job.scheduler,
+        progress=progress,
+    )

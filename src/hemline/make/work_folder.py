@@ -30,6 +30,7 @@ class WorkFolder:
       garment.safetensors    the garment, tried on
       probe/ check/          datasets: two seconds that show what hangs; the clip on which methods are compared
       takes/ drapes/         datasets to fit to; `hemline fit` accepts them
+      coarse/1500/           the same datasets of the mesh that was simulated, here of 1500 vertices, if it was coarser
       candidates/            a model of each method
     ```
 

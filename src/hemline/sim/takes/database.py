@@ -152,6 +152,18 @@ def make_database(
     tell("clusters", 0, 1)
     clusters = cluster_poses(poses, weights, count, seed=seed)
     tell("clusters", 1, 1)
+    # first, since no fit does without them: a run that is stopped early has them
+    candidates = [[Pose(poses[index], rest) for index in members[:MAX_STAND_INS]] for members in clusters.members]
+    anchors = produce_posed(
+        folder,
+        garment,
+        candidates,
+        shapes,
+        settings=settings,
+        jobs=jobs,
+        scheduler=scheduler,
+        report=_counter(tell, "anchors", count * len(shapes)),
+    )
     single = cluster_poses(poses, weights, beside, seed=seed + 1).members if beside else ()
     beside_takes = produce_posed(
         folder,
@@ -163,30 +175,16 @@ def make_database(
         report=_counter(tell, "poses", beside),
     )
 
-    def scatter(posed: list[PosedTakes | None]) -> list[PosedTakes | None]:
-        settled = [each.pose for each in posed if each is not None]
-        return produce_scattered(
-            folder,
-            garment,
-            settled,
-            random_shapes(body, random, seed + SEED_OF_BODIES) if settled else [],
-            settings=settings,
-            jobs=jobs,
-            scheduler=scheduler,
-            report=_counter(tell, "random bodies", random),
-        )
-
-    scattered = scatter(beside_takes) if beside else []
-    candidates = [[Pose(poses[index], rest) for index in members[:MAX_STAND_INS]] for members in clusters.members]
-    anchors = produce_posed(
+    settled = [each.pose for each in (beside_takes if beside else anchors) if each is not None]
+    scattered = produce_scattered(
         folder,
         garment,
-        candidates,
-        shapes,
+        settled,
+        random_shapes(body, random, seed + SEED_OF_BODIES) if settled else [],
         settings=settings,
         jobs=jobs,
         scheduler=scheduler,
-        report=_counter(tell, "anchors", count * len(shapes)),
+        report=_counter(tell, "random bodies", random),
     )
     if derivatives:
         produce_posed(
@@ -199,8 +197,6 @@ def make_database(
             scheduler=scheduler,
             report=_counter(tell, "derivatives", count),
         )
-    if not beside:
-        scattered = scatter(anchors)
     return Database(clusters, weights, anchors, beside_takes, scattered, shapes)
 
 

@@ -1,0 +1,1 @@
+"""Packs of compiled kernels, which `hemline.compiled.pack` reads."""

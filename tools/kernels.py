@@ -1,0 +1,52 @@
+"""Compiles all kernels in advance, into one pack for each installed Python: `python tools/kernels.py`.
+
+    python tools/kernels.py              all installed Pythons from 3.11 to 3.13
+    python tools/kernels.py 3.12         one of them
+
+Each Python has the environment that `tools/pythons.py` makes. Kernels are compiled for `hemline.compiled.pack.TARGET`,
+by `hemline warmup` with an empty cache, which takes some five minutes of processor time for each Python.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from pythons import PYTHONS, environment, find_python
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER = ROOT / "kernels" / "hemline_kernels"
+PRINT_TARGET = "from hemline.compiled.pack import TARGET; print(TARGET.processor, TARGET.features)"
+WRITE = (
+    "import sys; from pathlib import Path; from hemline.compiled.pack import TARGET, pack_name, write_pack; "
+    "path = Path(sys.argv[1], pack_name()); count = write_pack(path, Path(sys.argv[2]), TARGET); "
+    "print(f'{path.name}: {count} kernels, {path.stat().st_size / 1e6:.1f} MB')"
+)
+
+
+def make_pack(python: Path) -> None:
+    """Compiles all kernels with one Python, and packs them."""
+    printed = subprocess.run([python, "-c", PRINT_TARGET], check=True, capture_output=True, text=True).stdout
+    processor, features = printed.split()
+    with tempfile.TemporaryDirectory() as folder:
+        variables = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": features}
+        variables |= {"HEMLINE_CACHE_DIR": folder, "HEMLINE_KERNEL_PACK": "none"}
+        warmup = [python, "-m", "hemline", "warmup", "--jobs", str(os.cpu_count() or 1)]
+        subprocess.run(warmup, check=True, env=os.environ | variables)
+        subprocess.run([python, "-c", WRITE, FOLDER, folder], check=True)
+
+
+def main() -> None:
+    """Makes the packs of all Pythons that are named, or of all that are installed."""
+    wanted = sys.argv[1:] or PYTHONS
+    found = {version: find_python(version) for version in wanted}
+    if missing := [version for version in sys.argv[1:] if found[version] is None]:
+        raise SystemExit(f"not installed: {', '.join(missing)}")
+    for version, python in found.items():
+        if python is not None:
+            make_pack(environment(version, python, []))
+
+
+if __name__ == "__main__":
+    main()
