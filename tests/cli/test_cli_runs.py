@@ -1,6 +1,7 @@
 """The verbs on what ships, and the whole loop from nothing on a napkin."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -169,13 +170,16 @@ def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.slow
-def test_demo_shows_a_cape_and_a_shirt_on_three_bodies(tmp_path):
+def test_demo_shows_a_cape_a_shirt_on_three_bodies_and_a_dress(tmp_path):
     assert main(["demo", "--out", str(tmp_path)]) == 0
     shapes = {f"tshirt-{name}.glb" for name in ("mean", "tall", "small")}
     written = {path.name for path in tmp_path.iterdir()}
-    assert written == {"cape.glb", "cape.webp", "tshirt.webp", "report.json"} | shapes
+    pictures = {"cape.webp", "tshirt.webp", "dress.webp"}
+    assert written == {"cape.glb", "dress.glb", "report.json", "index.html", "play.html"} | pictures | shapes
+    named = set(re.findall(r"(?:href|src)='([^']+)'", (tmp_path / "index.html").read_text()))
+    assert named == written - {"index.html", "report.json"}
     figures = json.loads((tmp_path / "report.json").read_text())
-    assert set(figures) == {"cape", "tshirt mean", "tshirt tall", "tshirt small"}
+    assert set(figures) == {"cape", "tshirt mean", "tshirt tall", "tshirt small", "dress"}
     assert all(each["inside_percent"]["after"] == 0 for each in figures.values())
     from PIL import Image
 

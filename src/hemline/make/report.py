@@ -66,6 +66,7 @@ class Report:
         motion: That clip.
         model: The model file.
         seconds: Time that the run took [s].
+        simulated: Number of vertices that were simulated for the fits.
     """
 
     garment: Garment
@@ -78,6 +79,7 @@ class Report:
     motion: Motion
     model: Path
     seconds: float
+    simulated: int
 
 
 def write_report(path: Path, report: Report) -> Path:
@@ -154,9 +156,11 @@ def _table(report: Report) -> str:
         )
         rows.append(f"<tr{mark}><td>{'simulation' if trial is report.truth else trial.method}</td>{cells}</tr>")
     left_out = "".join(f"<li>{html.escape(reason)}</li>" for reason in report.plan.left_out)
+    verts = len(report.garment.vertices)
+    coarse = f", simulated with {report.simulated} of its {verts} vertices" if report.simulated < verts else ""
     data = (
         f"<p>Measured on '{html.escape(report.motion.name)}', {report.motion.seconds:.1f} s, which no method was "
-        f"fitted to; fitted to {report.plan.frames} simulated frames and {report.plan.drapes} drapes.</p>"
+        f"fitted to; fitted to {report.plan.frames} frames and {report.plan.drapes} drapes{coarse}.</p>"
     )
     return f"<table>{''.join(rows)}</table>{data}" + (f"<ul>{left_out}</ul>" if left_out else "")
 

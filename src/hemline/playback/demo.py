@@ -40,14 +40,18 @@ SHIRT_SECONDS = 3.0
 SPACING = 1.2
 """Distance between the bodies in the picture [m]."""
 
+DRESS, DRESS_SECONDS = "dress:7@35", 2.0
+"""Generated garment that is played without a fit, and for how long [s]."""
+
 PICTURE_SIZE = (960, 480)
 """Width and height of the picture [pixels]."""
 
 
 def demo(folder: Path, *, say: Say) -> dict[str, Any]:
-    """Plays the shipped cape on a run, and the shipped T-shirt on a dance, on bodies of three shapes.
+    """Plays the shipped cape on a run, the shipped T-shirt on bodies of three shapes, and a dress without a fit.
 
-    Writes `cape.glb`, `cape.webp`, a `tshirt-SHAPE.glb` for each shape, `tshirt.webp` and `report.json`.
+    Writes `cape.glb`, `cape.webp`, a `tshirt-SHAPE.glb` for each shape, `tshirt.webp`, `dress.glb`, `dress.webp` and
+    `report.json`.
 
     Args:
         folder: The folder to write to; it is made if missing.
@@ -61,7 +65,9 @@ def demo(folder: Path, *, say: Say) -> dict[str, Any]:
     cape = animators.load("cape")
     figures = {"cape": _play_cape(folder, cape, motions.load("run"), say)}
     say(f"playing the shipped T-shirt on a dance, on {len(SHAPES)} bodies")
-    return _report(folder, figures | _on_three_bodies(folder, say), say)
+    figures |= _on_three_bodies(folder, say)
+    say("playing a dress that no model was fitted to")
+    return _report(folder, figures | {"dress": _play_dress(folder, say)}, say)
 
 
 def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any]:
@@ -106,6 +112,18 @@ def _play_cape(
     figures, clip = _evaluate_and_record(animator, own_body(animator).shaped(), motion, truth=truth, run_in=RUN_IN)
     for ending in ("glb", "webp"):
         _write(folder / f"cape.{ending}", clip, say)
+    return figures
+
+
+def _play_dress(folder: Path, say: Say) -> dict[str, Any]:
+    """Writes `dress.glb` and `dress.webp` of a garment that `live` simulates; returns the figures."""
+    body, turn = bodies.load("anny24").shaped(), motions.load("turn")
+    live = animators.load("live")
+    assert isinstance(live, animators.Wearable)
+    dress = live.animator_for(garments.load(DRESS), body)
+    figures, clip = _evaluate_and_record(dress, body, turn[: round(DRESS_SECONDS * turn.fps)])
+    for ending in ("glb", "webp"):
+        _write(folder / f"dress.{ending}", clip, say)
     return figures
 
 

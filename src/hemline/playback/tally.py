@@ -17,7 +17,8 @@ from hemline.meshes import rest_lengths
 from hemline.playback.player.frame import Frame
 
 CROSSINGS_EVERY = 10
-"""Interval at which crossings of cloth with cloth and of skin with cloth are counted [frames]."""
+"""Interval at which crossings of cloth with cloth, skin in front of the cloth, and vertices behind the nearest one
+of the body are counted [frames]."""
 PROBE_HEIGHT = 0.001
 """Height above the skin at which a point is tested for being inside another part of the body [m]."""
 
@@ -72,6 +73,8 @@ class Tally:
         if (len(self._milliseconds) - 1) % CROSSINGS_EVERY == 0:
             self._add_through(frame)
             self._add("crossing", metrics.self_crossings(frame.vertices, garment.faces)["edge_percent"])
+            skin = frame.body.vertices, frame.body.faces
+            self._add("behind", metrics.behind_nearest_percent(frame.vertices, *skin))
         bones = limb_bones(frame.body.joints)
         body = frame.body.vertices, frame.body.faces
         self._limbs_through.append(metrics.limbs_through(bones, frame.vertices, garment.faces, *body))
@@ -158,7 +161,6 @@ class Tally:
             self._add("caught", metrics.pinched_percent(frame.report.caught, len(after)))
         self._add("deepest_before", metrics.deepest_mm(body, faces, frame.before_projection, before))
         self._add("deepest_after", metrics.deepest_mm(body, faces, frame.vertices, after))
-        self._add("behind", metrics.behind_nearest_percent(frame.vertices, body, faces))
 
     def _add_errors(self, vertices: Vertices, truth: Vertices, fps: float) -> None:
         self._errors_mm.append(metrics.vertex_errors_mm(vertices, truth))

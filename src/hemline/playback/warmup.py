@@ -12,9 +12,13 @@ from hemline.animators.own_body import own_body
 from hemline.collide.winding.numbers import inside
 from hemline.compiled import at_most
 from hemline.playback.player.player import Player
+from hemline.tryon import open_garment
 
 from .play import play
 from .record import record
+
+SMALL_GARMENT = "close-top:3@50"
+"""Garment that is tried on and settled."""
 
 
 @cache
@@ -67,6 +71,17 @@ def _warm(animator: Animator | animators.Wearable) -> None:
     Player.prepare(animator, bodies.load("anny24").shaped()).warm_up(motions.load("run")[0])
 
 
+def _trying_on() -> None:
+    open_garment(SMALL_GARMENT, bodies.load("anny24").shaped(), tryon="always")
+
+
+def _drapes() -> None:
+    garment = garments.load(SMALL_GARMENT)
+    pose = bodies.load(garment.body_name).shaped().rest_pose
+    with tempfile.TemporaryDirectory() as folder:
+        sim.produce_posed(folder, garment, [[pose]], [(1.0,)], turns=[0], jobs=1)
+
+
 def _simulation_on_one_thread() -> None:
     with at_most(1):
         _simulation()
@@ -79,6 +94,8 @@ STAGES: dict[str, Callable[[], None]] = {
     "pictures": _pictures,
     "close-fitting": _close_fitting,
     "any garment": _any_garment,
+    "drapes": _drapes,
+    "trying on": _trying_on,
 }
 """Parts to run, the longest first, so that processes that share them finish together."""
 
@@ -87,7 +104,7 @@ def run_stage(name: str) -> float:
     """Runs a part; returns the time that it took [s].
 
     Args:
-        name: One of `STAGE_DIVISORS`.
+        name: One of `STAGES`.
     """
     began = time.perf_counter()
     STAGES[name]()

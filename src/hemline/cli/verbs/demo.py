@@ -10,10 +10,10 @@ from hemline.cli.progress import note, status
 
 @dataclass(frozen=True)
 class DemoOptions:
-    """Play the shipped cape on a shipped run, and the shipped T-shirt on bodies of three shapes."""
+    """Play the shipped cape, the shipped T-shirt on bodies of three shapes, and a dress without a fit."""
 
     out: Path = Path("out/demo")
-    """Folder to write the .glb and .webp files and report.json to."""
+    """Folder to write the .glb and .webp files, report.json and index.html to."""
     from_nothing: bool = False
     """Simulate, fit, animate and evaluate a light cape instead.
     It takes two to ten minutes on two cores and needs PyTorch."""
@@ -24,17 +24,21 @@ class DemoOptions:
 def run(options: DemoOptions) -> int:
     """Plays the models and prints a summary; returns status 1 if a vertex was inside the body."""
     from hemline.playback.demo import demo, demo_from_nothing
+    from hemline.web import write_demo_page
 
     with status() as show:
         # the demo from nothing takes minutes, so its steps stay on the screen
         make, say = (demo_from_nothing, note) if options.from_nothing else (demo, show)
         figures = make(options.out, say=say)
+        if not options.from_nothing:
+            show("writing a page that plays in a browser")
+            write_demo_page(options.out, figures)
     print(json.dumps(figures) if options.json else summary(figures, options.out))
     return 0 if all(row["inside_percent"]["after"] == 0 for row in figures.values()) else 1
 
 
 def summary(figures: dict[str, Any], folder: Path) -> str:
-    """Formats the figures of a demo as five lines, with a column for each garment that was played.
+    """Formats the figures of a demo as six lines, with a column for each garment that was played.
 
     Args:
         figures: Figures by garment, as in `report.json`.
@@ -48,4 +52,6 @@ def summary(figures: dict[str, Any], folder: Path) -> str:
         "stretch (p99)": [f"{row['stretch_percent']['p99_mean']:.2g} %" for row in rows],
     }
     table = [f"{name:<17}" + "".join(f"{value:<14}" for value in values) for name, values in lines.items()]
-    return "\n".join([*(line.rstrip() for line in table), f"{'files':<17}{folder}, with all figures in report.json"])
+    lines = [*(line.rstrip() for line in table), f"{'files':<17}{folder}, with all figures in report.json"]
+    page = folder / "index.html"
+    return "\n".join([*lines, f"{'open':<17}{page}"] if page.exists() else lines)
