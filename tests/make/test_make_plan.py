@@ -16,6 +16,8 @@ from hemline.make.plan import (
     BODY_FRAMES,
     DERIVATIVE_FRAMES,
     DRAPE_FRAMES,
+    FEWEST_ANCHORS,
+    FEWEST_POSES,
     LEAST_EFFORT,
     RESERVE,
     DataPlan,
@@ -172,17 +174,17 @@ def test_clips_that_would_spoil_the_comparison_are_refused(clips, match):
 def test_a_small_budget_settles_the_fewest_anchors_rather_than_none():
     cost = 0.05 * DRAPE_FRAMES + agentdress_seconds(1, 1.0)
     bodies = 0.05 * BODIES * (BODY_FRAMES + DERIVATIVE_FRAMES)
-    least = ((BODIES * 3 + 20) * cost + bodies) / (1 - RESERVE)
+    least = ((BODIES * (FEWEST_ANCHORS + 1) + FEWEST_POSES) * cost + bodies) / (1 - RESERVE)
     enough, too_little = (make_plan(METHODS, 0.05, 0.05, factor * least, 1) for factor in (1.01, 0.99))
-    assert (enough.anchors, "agentdress" in enough.methods) == (2, True)
+    assert (enough.anchors, "agentdress" in enough.methods) == (FEWEST_ANCHORS, True)
     assert enough.poses > 0
     assert too_little.anchors == 0
     assert any(reason.startswith("agentdress needs about") for reason in too_little.left_out)
 
 
 def test_a_garment_that_half_hangs_gets_the_fewest_anchors_before_more_clips():
-    short, long = (make_plan(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (10, 60))
-    assert short.anchors == 2 < long.anchors
+    short, long = (make_plan(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (14, 84))
+    assert short.anchors == FEWEST_ANCHORS < long.anchors
     assert 150 <= short.frames < long.frames / 6
 
 
