@@ -1,5 +1,6 @@
 """Writes the page and the picture of `collisions.py`."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,8 @@ import numpy as np
 from hemline import pictures
 
 FOLDER = Path(__file__).parents[2] / "papers" / "swingar" / "pages"
+PROJECTION = Path(__file__).parents[2] / "benchmarks" / "results" / "projection-shirt.jsonl"
+"""Records of the benchmark of the projection."""
 SIZE = 360, 420
 PAGE, PICTURES = FOLDER / "collisions.md", FOLDER / "collisions"
 PAPER = {  # inside before, SSCH, after; TailorNet, ReFU, Eq. 10
@@ -44,6 +47,16 @@ Time of a frame of 1,000 points in ms, the least of several runs beside other wo
 on the pose but the skinning of the body.
 
 {times}
+
+## In play
+
+After each animator the projection moves vertices out of the body and tests each by the posed mesh itself. Beside the
+neural distance, as measured above and for `hemline bench projection-shirt`:
+
+{in_play}
+
+The projection has to come after Eq. 10 as well, so `swingar` plays without it. The network is used in training, where
+the collision term needs a distance with gradients (`learning.fit.body_distance`).
 
 ## Table II: vertices inside, percent
 
@@ -88,6 +101,19 @@ def _errors(found: dict[str, dict[str, float]], trials: dict[str, dict]) -> str:
     return table(["", *columns], rows)
 
 
+def _in_play(result: dict) -> str:
+    """Returns the table of what either costs and leaves inside."""
+    last = json.loads(PROJECTION.read_text().splitlines()[-1])["figures"]
+    after = {key: max(shares[key] for shares in result["inside"].values()) for key in ("Eq. 10, neural", "projected")}
+    return table(
+        ["", "points", "frame [ms]", "inside after it, worst garment [%]"],
+        [
+            ["Eq. 10", "1000", f"{result['ms']['neural, value and gradient']:.1f}", f"{after['Eq. 10, neural']:.2f}"],
+            ["projection", f"{last['vertices']}", f"{last['frame_ms']['median']:.1f}", f"{after['projected']:.2f}"],
+        ],
+    )
+
+
 def page(result: dict) -> str:
     """Returns the page in Markdown."""
     inside, deviation = [], []
@@ -128,6 +154,7 @@ def page(result: dict) -> str:
         known_table=_errors(result["known"], result["trials"]),
         beyond_table=_errors(result["beyond"], {}),
         times=table(["", "ms"], [[name, f"{ms:.1f}"] for name, ms in result["ms"].items()]),
+        in_play=_in_play(result),
         inside=table(
             ["", "before", "Eq. 10", "Eq. 10, exact distance", "TailorNet", "ReFU", "projected", "pinched"]
             + ["paper: before", "paper: after"],
