@@ -33,7 +33,7 @@ def made() -> dict:
         "windy": with_constants(ropes, wind=(1.0, 0.0, -3.0), rest_angle=20.0, friction=1.0),
         "swept": with_constants(ropes, tension_sweeps=6, impulse_sweeps=6, position_update="project"),
         "back along the path": with_constants(ropes, position_push="history", velocity_push="history"),
-        "up the gradient": with_constants(ropes, position_push="gradient", substep=1 / 240),
+        "up the gradient": with_constants(ropes, position_push="gradient", substep=1 / 240, balance_reach=0.0),
         "learned": learned_model(),
         "ropes take over": learned_model(reach=0.3, clearance=0.02),
         "learned, in wind": with_constants(learned_model(), wind=(0.0, 0.0, 2.0)),

@@ -10,6 +10,9 @@ from hemline import bodies, garments
 from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.ropes.mechanics.balance import STANDARD_GRAVITY, drape_balance
 from hemline.animators.ropes.mechanics.constants import RopeConstants
+from hemline.animators.ropes.mechanics.rope_force_kernels import spring_accelerations
+from hemline.sim import SimSettings
+from hemline.sim.cloth.air_kernels import TriangleAir, air_by_triangle
 
 
 @functools.cache
@@ -87,3 +90,41 @@ def test_the_drape_turns_with_the_body():
     for _ in range(60):
         state = ropes().step(state, posed, 1 / 30)
     assert np.abs(state.positions - began).max() < 1e-3
+
+
+def test_the_air_and_friction_of_new_ropes_are_those_of_the_simulator():
+    """By the force on one triangle of the simulator, over its mass."""
+    chains, settings = ropes().chains, SimSettings()
+    material = garments.load("cape-light").material
+    found = RopeConstants.of_material(material, settings.air_density)
+    x = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
+    wind = np.tile([0.3, -0.2, 1.0], (3, 1))
+    out = TriangleAir(np.zeros((1, 3)), np.zeros((1, 6)))
+    coefficients = np.array([material.drag]), np.array([material.lift])
+    faces = np.array([[0, 1, 2]])
+    air_by_triangle(x, np.zeros((3, 3)), wind, faces, *coefficients, 0.5 * settings.air_density, out)
+    mass = material.density * 0.005
+    u, n = wind[0], np.array([0.0, 0, 1])
+    speed, facing = np.linalg.norm(u), u @ n
+    rates = found.air_drag, found.air_lift
+    expected = abs(facing) * (rates[0] - rates[1] * abs(facing) / speed) * u + rates[1] * speed * facing * n
+    np.testing.assert_allclose(3 * out.force[0] / mass, expected, rtol=1e-5)
+    assert (found.drag, found.friction) == (0.0, material.friction)
+    assert chains.constants.drag == 0.0
+
+
+@pytest.mark.parametrize(("off", "kept"), [(-0.05, 1.0), (0.0, 1.0), (0.04, 0.6), (0.1, 0.0), (0.5, 0.0)])
+def test_the_balance_fades_where_a_node_leaves_its_support(off, kept):
+    chains = ropes().chains
+    free = np.flatnonzero((chains.parents >= 0) & (np.linalg.norm(chains.balance, axis=1) > 1.0))
+    chosen = int(free[0])
+    constants = replace(chains.constants, lateral=0.0, lateral_stretch=0.0, shrink=0.0, balance_reach=0.1)
+    chains = replace(chains, constants=constants)
+    direction = chains.balance[chosen] / np.linalg.norm(chains.balance[chosen])
+    positions = np.array(ropes().rest, np.float64)
+    positions[chosen] += off * direction
+    found, none = np.zeros_like(positions), np.zeros_like(positions)
+    turns = np.tile(np.eye(3), (len(chains.chain_joints), 1, 1))
+    forces = chains.kernel_chains, constants.numbers(), 1 / 60, turns, none, chains.rest_tensions, positions
+    spring_accelerations(*forces, found)
+    np.testing.assert_allclose(found[chosen] - constants.gravity, kept * chains.balance[chosen], atol=1e-6)

@@ -17,6 +17,7 @@ from hemline.animators.ropes.fit.gradient.differentiable import Drive, trajector
 
 FRAMES, STEPS, DT = 3, 2, 1 / 30
 FORCES = {"drag": 1.5, "lateral": 50.0, "shrink": 30.0, "rest_angle": 20.0, "wind": (1.0, 0.5, 2.0), "substep": 1.0}
+FORCES["balance_reach"] = 0.05
 
 
 @functools.cache

@@ -202,7 +202,8 @@ def test_carried_nodes_are_skinned():
     assert rope_frames.squared_displacement(frames, moved, j, pivots) == pytest.approx(path @ path)
 
 
-def test_external_accelerations_equal_numpy():
+@pytest.mark.parametrize("reach", [0.0, 0.4])
+def test_external_accelerations_equal_numpy(reach):
     rng = np.random.default_rng(6)
     offsets = np.array([1, 5, 9], np.int32)
     x, v = rng.normal(0, 0.2, (9, 3)), rng.normal(0, 1, (9, 3))
@@ -223,6 +224,7 @@ def test_external_accelerations_equal_numpy():
         root_damping=8.0,
         bend_damping=3.0,
         lateral_damping=2.0,
+        balance_reach=reach,
     )
     numbers = constants.numbers()
     springs, found = np.zeros((9, 3)), np.zeros((9, 3))
@@ -248,7 +250,11 @@ def test_external_accelerations_equal_numpy():
     expected = np.array(constants.gravity) + push
     for i in (2, 3, 4, 6, 7, 8):
         load = 9.81 / inverse[i] + (0 if i in (4, 8) else tensions[i + 1])
-        expected[i] += min(load / loads[i], 1) * frames[int(i > 4)] @ balance[i]
+        root, turn = (1, frames[0]) if i < 5 else (5, frames[1])
+        at_rest = x[root] + turn @ (rest_spans[root + 1 : i + 1, None] * down[root + 1 : i + 1]).sum(axis=0)
+        off = (x[i] - at_rest) @ (turn @ balance[i]) / np.linalg.norm(balance[i])
+        kept = np.clip(1 - off / reach, 0, 1) if reach else 1
+        expected[i] += kept * min(load / loads[i], 1) * turn @ balance[i]
 
     def add(a, b, relative, path):
         fraction = inverse[a] + inverse[b]

@@ -21,9 +21,9 @@ from hemline.motions import JOINT_NAMES
 from .calibrate import Clip, bone_error_mm, calibrate
 from .gather import TakeFrames
 
-WINDOW_SECONDS, SHORTEST_CLIP_SECONDS = 2.0, 1.0
+WINDOW_SECONDS, SHORTEST_CLIP_SECONDS = 1.3, 1.0
 """Length of the windows to which constants are fitted, and of the shortest clips from which they are taken [s]."""
-MAX_CLIPS = 12
+MAX_CLIPS = 24
 """Largest number of clips that the constants are fitted to."""
 MAX_SSDR_FRAMES = 80
 """Largest number of frames of a skinning decomposition."""

@@ -1,7 +1,7 @@
 """The constants of rope chains."""
 
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
@@ -10,12 +10,17 @@ from hemline.options import check_options, not_negative, positive
 
 from .kernel_inputs import ContactSettings, StepSettings
 
+if TYPE_CHECKING:
+    from hemline.garments.material import Material
+
 PUSH_OUT = ("gradient", "history", "slide")
 """Methods of pushing a node out of a collider; kernels take the index."""
 
 POSITION_UPDATE = ("turn", "project")
 """Methods of keeping a node on the sphere of its rope; kernels take the index."""
 
+BALANCE_REACH = 0.1
+"""`RopeConstants.balance_reach` of new fits [m]."""
 _FORCES = (
     "drag",
     "air_drag",
@@ -28,6 +33,7 @@ _FORCES = (
     "bend_damping",
     "lateral_damping",
     "root_damping",
+    "balance_reach",
 )
 """Names of the constants that follow gravity and wind in `RopeConstants.numbers`."""
 
@@ -66,6 +72,9 @@ class RopeConstants:
     """Rate at which a node takes on the mean velocity of the nodes to both sides [1/s]."""
     rest_angle: float = not_negative(0.0)
     """Springs towards the rest angle between consecutive ropes [1/s^2]."""
+    balance_reach: float = not_negative(0.0)
+    """Distance from its place at rest at which a node that moves off its support keeps nothing of the balance; with 0
+    it keeps all of it everywhere [m]."""
     friction: float = not_negative(0.5)
     """Coulomb's coefficient against the body [1]."""
     margin: float = not_negative(0.02)
@@ -92,8 +101,28 @@ class RopeConstants:
     def __post_init__(self) -> None:
         check_options(self, "rope constant", error=BadModel)
 
+    @classmethod
+    def of_material(cls, material: "Material", air_density: float) -> Self:
+        r"""Returns the constants of ropes of a material: air and friction as the simulator has them.
+
+        A triangle of area $A$ and mass $\sigma A$ feels $\rho A / 2$ times its drag and lift coefficients, so the rates
+        are $\rho c / 2 \sigma$. The simulator has no drag that does not depend on the facing of the cloth.
+
+        Args:
+            material: The material of the garment.
+            air_density: Density of the air in the simulation [kg/m^3].
+        """
+        rate = air_density / (2 * material.density)
+        return cls(
+            drag=0.0,
+            air_drag=rate * material.drag,
+            air_lift=rate * material.lift,
+            friction=material.friction,
+            balance_reach=BALANCE_REACH,
+        )
+
     def numbers(self) -> np.ndarray:
-        """Returns the constants of the forces (17,), in the order of `rope_force_kernels`."""
+        """Returns the constants of the forces (18,), in the order of `rope_force_kernels`."""
         return np.array([*self.gravity, *self.wind, *(getattr(self, name) for name in _FORCES)])
 
     def step_settings(self) -> StepSettings:

@@ -24,7 +24,8 @@ Differs from the paper:
 - The root's acceleration is the change of its velocity within each half step. Its velocity at the end of a step is
   extrapolated from the last two steps.
 - The settled drape is an equilibrium of the ropes: the sum of tension and weight at each node is cancelled by a balance
-  (`balance.drape_balance`) that the chain's joint carries and that is proportional to the load of the node.
+  (`balance.drape_balance`) that the chain's joint carries and that is proportional to the load of the node. It fades
+  where a node moves off what supports it, within `RopeConstants.balance_reach`.
 - Velocities are smoothed along the chains and across them, as by the cloth between them; momentum is conserved.
 - Drag acts as 1 - exp(-k h / 2) and springs saturate at what h can follow, so no constant makes a step unstable.
 - Collisions find where the node's path entered a collider, by Newton's method, and detect a path right through one.

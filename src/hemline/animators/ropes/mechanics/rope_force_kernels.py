@@ -3,7 +3,7 @@
 Every spring constant is a relative acceleration per metre [1/s^2] and saturates as k / (1 + k h^2 / bound), so that no
 constant, however large, makes central differencing unstable. Drag and damping act as 1 - exp(-k h / 2) in a half step.
 
-Arguments that several kernels read: numbers (17,), the constants by the indices below; h, the substep [s];
+Arguments that several kernels read: numbers (18,), the constants by the indices below; h, the substep [s];
 chain_rotations (chains, 3, 3), rest to world at the root of each chain.
 """
 
@@ -17,6 +17,7 @@ from .kernel_inputs import Chains
 GRAVITY, WIND = 0, 3
 DRAG, AIR_DRAG, AIR_LIFT, LATERAL, LATERAL_STRETCH, SHRINK = 6, 7, 8, 9, 10, 11
 PARENT_DAMPING, REST_ANGLE, BEND_DAMPING, LATERAL_DAMPING, ROOT_DAMPING = 12, 13, 14, 15, 16
+BALANCE_REACH = 17
 
 LATERAL_BOUND, SHRINK_BOUND, REST_ANGLE_BOUND = 0.4, 0.3, 0.1
 """Largest k h^2 of each kind of spring. With the tension of a rope at its substep, the sum of all modes is below 4."""
@@ -137,23 +138,54 @@ def add_rest_angles(chains: Chains, numbers, h, chain_rotations, positions, acce
 
 
 @kernel
-def add_balance(chains: Chains, numbers, chain_rotations, tensions, accelerations_out):
+def remaining_balance(reach, rotations, root, here, rest_x, rest_y, rest_z, x, y, z):
+    """Computes which fraction of its balance a node keeps: less, the farther it has moved along it off its support.
+
+    Reads: reach: distance at which none is left [m]; rotations (3, 3): rest to world at the root of the chain; root,
+        here (3,): positions of the root and of the node [m]; rest_x, rest_y, rest_z: from the root to the node at rest
+        [m]; x, y, z: the balance, in the rest pose [m/s^2].
+    Returns: 1 at rest and nearer to the support, 0 from `reach` off it.
+    """
+    size = math.sqrt(x * x + y * y + z * z)
+    if size < 1e-9:
+        return 1.0
+    away = 0.0
+    for d in range(3):
+        at_rest = root[d] + rotations[d, 0] * rest_x + rotations[d, 1] * rest_y + rotations[d, 2] * rest_z
+        away += (here[d] - at_rest) * (rotations[d, 0] * x + rotations[d, 1] * y + rotations[d, 2] * z) / size
+    return min(1.0, max(0.0, 1.0 - away / reach))
+
+
+@kernel
+def add_balance(chains: Chains, numbers, chain_rotations, tensions, positions, accelerations_out):
     """Adds the balance, which is proportional to the load of a node and never larger than at rest.
 
-    Reads: chains; numbers; chain_rotations; tensions (nodes,) [N].
+    It stands for the support of the cloth, so it fades where a node has moved off it (`remaining_balance`).
+
+    Reads: chains; numbers; chain_rotations; tensions (nodes,) [N]; positions (nodes, 3) [m].
     Writes: accelerations_out (nodes, 3): changed [m/s^2].
     """
-    offsets, balance = chains.offsets, chains.balance
+    offsets, balance, spans, directions = chains.offsets, chains.balance, chains.rest_spans, chains.rest_directions
     rest_loads, inverse_masses = chains.rest_loads, chains.inverse_masses
     x, y, z = numbers[GRAVITY], numbers[GRAVITY + 1], numbers[GRAVITY + 2]
-    gravity = math.sqrt(x * x + y * y + z * z)
+    gravity, reach = math.sqrt(x * x + y * y + z * z), numbers[BALANCE_REACH]
     for c in range(offsets.shape[0] - 1):
+        root, rest_x, rest_y, rest_z = offsets[c], 0.0, 0.0, 0.0
         for i in range(offsets[c] + 1, offsets[c + 1]):
             load = gravity / inverse_masses[i]
             if i + 1 < offsets[c + 1]:
                 load += tensions[i + 1]
             ratio = min(load / rest_loads[i], gravity / STANDARD_GRAVITY)
-            x, y, z = ratio * balance[i, 0], ratio * balance[i, 1], ratio * balance[i, 2]
+            x, y, z = balance[i, 0], balance[i, 1], balance[i, 2]
+            if reach > 0.0:
+                rest_x += spans[i] * directions[i, 0]
+                rest_y += spans[i] * directions[i, 1]
+                rest_z += spans[i] * directions[i, 2]
+                here = positions[i]
+                ratio *= remaining_balance(
+                    reach, chain_rotations[c], positions[root], here, rest_x, rest_y, rest_z, x, y, z
+                )
+            x, y, z = ratio * x, ratio * y, ratio * z
             for d in range(3):
                 rotated = chain_rotations[c, d, 0] * x + chain_rotations[c, d, 1] * y + chain_rotations[c, d, 2] * z
                 accelerations_out[i, d] += rotated
@@ -170,7 +202,7 @@ def spring_accelerations(chains: Chains, numbers, h, chain_rotations, push, tens
     for i in range(positions.shape[0]):
         for d in range(3):
             accelerations_out[i, d] = numbers[GRAVITY + d] + push[i, d]
-    add_balance(chains, numbers, chain_rotations, tensions, accelerations_out)
+    add_balance(chains, numbers, chain_rotations, tensions, positions, accelerations_out)
     if numbers[LATERAL] > 0.0 or numbers[LATERAL_STRETCH] > 0.0:
         add_lateral(chains, numbers, h, positions, accelerations_out)
     if numbers[SHRINK] > 0.0:

@@ -9,7 +9,7 @@ const bounded = (constant, h, bound) => constant / (1 + (constant * h * h) / bou
 export function springAccelerations(chains, w, h, tensions, positions) {
   const { constants } = chains, { springs } = w, [gx, gy, gz] = constants.gravity;
   for (let n = 0; n < springs.length; n += 3) springs[n] = gx, springs[n + 1] = gy, springs[n + 2] = gz;
-  addBalance(chains, w, tensions);
+  addBalance(chains, w, tensions, positions);
   if (constants.lateral > 0 || constants.lateral_stretch > 0) addLateral(chains, w, h, positions);
   if (constants.shrink > 0) addShrink(chains, w, h, positions);
   if (constants.rest_angle > 0) addRestAngles(chains, w, h, positions);
@@ -41,13 +41,22 @@ function addSpring(a, b, relative, inverse, out, x, y, z) {
   out[3 * b] += second * x, out[3 * b + 1] += second * y, out[3 * b + 2] += second * z;
 }
 
-function addBalance({ offsets, inverse, balance, restLoads, constants }, { springs, chainFrames }, tensions) {
+function addBalance(chains, { springs, chainFrames }, tensions, positions) {
+  const { offsets, inverse, balance, restLoads, restSpans, restDirections, constants } = chains;
   const gravity = Math.sqrt(constants.gravity.reduce((sum, each) => sum + each * each, 0));
+  const reach = constants.balance_reach, rest = [0, 0, 0];
   for (let c = 0; c + 1 < offsets.length; c++) {
+    const root = 3 * offsets[c];
+    rest.fill(0);
     for (let i = offsets[c] + 1, f = 9 * c; i < offsets[c + 1]; i++) {
       let load = gravity / inverse[i];
       if (i + 1 < offsets[c + 1]) load += tensions[i + 1];
-      const n = 3 * i, fraction = Math.min(load / restLoads[i], gravity / STANDARD_GRAVITY);
+      const n = 3 * i;
+      let fraction = Math.min(load / restLoads[i], gravity / STANDARD_GRAVITY);
+      if (reach > 0) {
+        for (let d = 0; d < 3; d++) rest[d] += restSpans[i] * restDirections[n + d];
+        fraction *= remainingBalance(reach, chainFrames, f, positions, root, n, rest, balance);
+      }
       const x = fraction * balance[n], y = fraction * balance[n + 1], z = fraction * balance[n + 2];
       for (let d = 0; d < 3; d++) {
         const row = f + 3 * d;
@@ -55,6 +64,18 @@ function addBalance({ offsets, inverse, balance, restLoads, constants }, { sprin
       }
     }
   }
+}
+
+function remainingBalance(reach, frames, f, positions, root, n, rest, balance) {
+  const x = balance[n], y = balance[n + 1], z = balance[n + 2], size = Math.sqrt(x * x + y * y + z * z);
+  if (size < 1e-9) return 1;
+  let away = 0;
+  for (let d = 0; d < 3; d++) {
+    const row = f + 3 * d;
+    const atRest = positions[root + d] + frames[row] * rest[0] + frames[row + 1] * rest[1] + frames[row + 2] * rest[2];
+    away += ((positions[n + d] - atRest) * (frames[row] * x + frames[row + 1] * y + frames[row + 2] * z)) / size;
+  }
+  return Math.min(1, Math.max(0, 1 - away / reach));
 }
 
 function addLateral({ pairs, pairSpans, inverse, constants }, { springs }, h, positions) {

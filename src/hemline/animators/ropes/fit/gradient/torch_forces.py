@@ -85,10 +85,22 @@ class TorchForces:
         load = (size * self.of("masses")[self.table] + self._below(tensions)) / self.rest_loads
         ratio = torch.minimum(load, (size / STANDARD_GRAVITY).expand(load.shape)) * self.free
         balance = torch.einsum("wcij,cnj->wcni", turns, self.of("balance")[self.table])
+        ratio = ratio * self._remaining_balance(x, turns, balance)
         result = self._add_relative(
             gravity + ratio[..., None] * balance, self._shrink_springs(x, h) + self._angle_springs(x, turns, h)
         )
         return self._add_lateral(result, x, h)
+
+    def _remaining_balance(self, x: Tensor, turns: Tensor, balance: Tensor) -> Tensor:
+        """Returns which fraction of its balance each node keeps (windows, chains, nodes)."""
+        reach = self.of("balance_reach")
+        if not float(reach):
+            return torch.ones(())
+        steps = self.of("rest_spans")[self.table][..., None] * self.of("rest_directions")[self.table]
+        steps = torch.cat([torch.zeros_like(steps[:, :1]), steps[:, 1:]], dim=1)
+        at_rest = x[:, :, :1] + torch.einsum("wcij,cnj->wcni", turns, steps.cumsum(dim=1))
+        away = dot(x - at_rest, balance) / length_of(balance).clamp(min=1e-9)
+        return torch.where(length_of(balance) < 1e-9, 1.0, (1 - away / reach).clamp(0, 1))
 
     def _shrink_springs(self, x: Tensor, h: float) -> Tensor:
         away = x[:, :, 1:] - x[:, :, :-1]
