@@ -1,8 +1,8 @@
 """Compares constants of ropes, air and balance above all: `python -m papers.rope_chains.air CLIPS FOLDER`.
 
-Simulates the light cape, coarsened to a quarter of its vertices, on twelve clips of CLIPS (a folder of CMU BVH files, two
-of them also half as fast again) and on the six shipped excerpts, of other people. Ropes with four sets of constants start
-from the second frame of each excerpt and run to its end. Writes pages/air.md. FOLDER keeps the takes; a stopped run
+Simulates the light cape, coarsened to a quarter of its vertices, on ten clips of CLIPS (a folder of CMU BVH files), two
+of them also half as fast again, and on the six shipped excerpts, of other people. Ropes with four sets of constants
+start from the second frame of each excerpt and run to its end. Writes pages/air.md. FOLDER keeps the takes; a stopped run
 continues.
 """
 
@@ -35,10 +35,10 @@ MOST_FRAMES, TEST_FRAMES, FASTER_BY = 150, 120, 1.5
 TEXT = """\
 # Air and balance of ropes
 
-`python -m papers.rope_chains.air CLIPS FOLDER` wrote this page at commit {commit}, on {machine}. The light cape, coarsened
-to {vertices} vertices, was simulated on {count} clips ({frames} frames), to which the last row is fitted, and on six
-excerpts of other people. Mean distance of the free bones of 26 ropes from simulated ones, from the second frame of
-each excerpt to its last [mm]. Nothing but the ropes is compared: no networks, no learned bones.
+`python -m papers.rope_chains.air CLIPS FOLDER` wrote this page at commit {commit}, on {machine}. The light cape,
+coarsened to {vertices} vertices, was simulated on {count} clips ({frames} frames), to which the last row is fitted, and
+on six excerpts of other people. Mean distance of the free bones of 26 ropes from simulated ones, from the second frame
+of each excerpt to its last [mm]. Nothing but the ropes is compared: no networks, no learned bones.
 
 {errors}
 
@@ -46,7 +46,7 @@ The part of it that is constant over the clip [mm]:
 
 {offsets}
 
-*Not physical*: the constants that fits began with before, drag of 1 per second whichever way the cloth faces among them.
+*Not physical*: the constants that fits began with before, with a drag of 1 per second whichever way the cloth faces.
 *Material*: air and friction as the simulator has them. *Fading balance*: besides, what stands for the support of the
 settled cloth fades to nothing within 10 cm off it. *Calibrated*: besides, springs and damping fitted to the clips.
 """
