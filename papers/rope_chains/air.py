@@ -2,8 +2,8 @@
 
 Simulates the light cape, coarsened to a quarter of its vertices, on ten clips of CLIPS (a folder of CMU BVH files), two
 of them also half as fast again, and on the six shipped excerpts, of other people. Ropes with four sets of constants
-start from the second frame of each excerpt and run to its end. Writes pages/air.md. FOLDER keeps the takes; a stopped run
-continues.
+start from the second frame of each excerpt and run to its end. Writes pages/air.md. FOLDER keeps the takes, so that a
+stopped run continues.
 """
 
 import argparse
