@@ -1,5 +1,6 @@
 """Building of the ropes of a dataset's garment, and their calibration on the clips to train on."""
 
+import math
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,9 +12,11 @@ from hemline.animators.base import Progress
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.layout.layout import build_ropes, layout_fault
+from hemline.animators.ropes.mechanics.constants import AIR_DENSITY, RopeConstants
 from hemline.arrays import FramesOfVertices, Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Row
+from hemline.datasets.take import take_metadata
 from hemline.errors import BadGarment, HemlineWarning
 from hemline.learning.key_frame import to_key_frame
 from hemline.motions import JOINT_NAMES
@@ -55,6 +58,7 @@ def fit_ropes(
         chain_count=config.chains,
         bone_counts=(config.chain_bones - 1, config.chain_bones + 1),
         strain_p99=strain,
+        constants=RopeConstants.of_material(garment.material, _air_density(source)),
     )
     if config.layout == "auto" and not garment.chains:
         ropes = _place_chains(source, shaped, build)
@@ -77,6 +81,14 @@ def fit_ropes(
         if clips:
             figures[f"{name}_ropes_mm"] = bone_error_mm(ropes, shaped, clips, window_seconds=_window(clips))
     return ropes, figures
+
+
+def _air_density(source: TakeFrames) -> float:
+    """Returns the density of the air in which the first take was simulated, or of air if it does not say [kg/m^3]."""
+    settings = take_metadata(source.dataset.path(source.rows[0].name))["inputs"].get("settings")
+    density = settings.get("air_density") if isinstance(settings, dict) else None
+    known = isinstance(density, int | float) and math.isfinite(density) and density >= 0
+    return float(density) if known else AIR_DENSITY
 
 
 def _place_chains(source: TakeFrames, shaped: ShapedBody, build: Callable[..., Ropes]) -> Ropes:

@@ -19,7 +19,6 @@ from hemline.arrays import Float, FramesOfVertices, Int, Nodes, Vertices
 from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.errors import BadGarment, BadInput
 from hemline.meshes import geodesic_distances
-from hemline.sim.settings import SimSettings
 
 from .lines import ChainLines, even_lines, ssdr_lines
 from .scattered import scattered_chains, suspension_by_piece
@@ -75,7 +74,7 @@ def build_ropes(
         bone_counts: Usual numbers of bones of a chain, root included. No chain has fewer than the first number; a
             chain of average length has the mean of both, and a long one may have more than the second.
         strain_p99: 99th percentile of the stretch of the cloth; ropes are longer by this ratio [1].
-        constants: Constants of the chains; None: those of the garment's material in the simulator's usual air.
+        constants: Constants of the chains; None: those of the garment's material, in air.
         frames: Simulated vertices, frame by frame, relative to the key joint [m]. Their skinning decomposition gives
             the places of the bones. None: bones lie along geodesic lines at even distances.
         scattered: Whether the bones of the decomposition stay where it puts them, instead of on lines from the rim to
@@ -148,7 +147,7 @@ def _assemble_ropes(
         clearances - _CLEARANCE_SLACK,
         balance,
         tensions,
-        constants or RopeConstants.of_material(garment.material, SimSettings().air_density),
+        constants or RopeConstants.of_material(garment.material),
     )
     betas = np.asarray(shaped.betas, np.float64)
     return Ropes(chains, plan.embedding, carriage, rest, primitives, betas, garment.key_joint)

@@ -19,6 +19,8 @@ PUSH_OUT = ("gradient", "history", "slide")
 POSITION_UPDATE = ("turn", "project")
 """Methods of keeping a node on the sphere of its rope; kernels take the index."""
 
+AIR_DENSITY = 1.2
+"""Density of air at 20 degrees Celsius and sea level [kg/m^3]."""
 BALANCE_REACH = 0.1
 """`RopeConstants.balance_reach` of new fits [m]."""
 _FORCES = (
@@ -102,7 +104,7 @@ class RopeConstants:
         check_options(self, "rope constant", error=BadModel)
 
     @classmethod
-    def of_material(cls, material: "Material", air_density: float) -> Self:
+    def of_material(cls, material: "Material", air_density: float = AIR_DENSITY) -> Self:
         r"""Returns the constants of ropes of a material: air and friction as the simulator has them.
 
         A triangle of area $A$ and mass $\sigma A$ feels $\rho A / 2$ times its drag and lift coefficients, so the rates

@@ -138,21 +138,22 @@ def add_rest_angles(chains: Chains, numbers, h, chain_rotations, positions, acce
 
 
 @kernel
-def remaining_balance(reach, rotations, root, here, rest_x, rest_y, rest_z, x, y, z):
+def remaining_balance(reach, rotations, root, here, rest, balance):
     """Computes which fraction of its balance a node keeps: less, the farther it has moved along it off its support.
 
     Reads: reach: distance at which none is left [m]; rotations (3, 3): rest to world at the root of the chain; root,
-        here (3,): positions of the root and of the node [m]; rest_x, rest_y, rest_z: from the root to the node at rest
-        [m]; x, y, z: the balance, in the rest pose [m/s^2].
+        here (3,): positions of the root and of the node [m]; rest: x, y, z from the root to the node at rest [m];
+        balance (3,): in the rest pose [m/s^2].
     Returns: 1 at rest and nearer to the support, 0 from `reach` off it.
     """
-    size = math.sqrt(x * x + y * y + z * z)
+    size = math.sqrt(balance[0] * balance[0] + balance[1] * balance[1] + balance[2] * balance[2])
     if size < 1e-9:
         return 1.0
     away = 0.0
     for d in range(3):
-        at_rest = root[d] + rotations[d, 0] * rest_x + rotations[d, 1] * rest_y + rotations[d, 2] * rest_z
-        away += (here[d] - at_rest) * (rotations[d, 0] * x + rotations[d, 1] * y + rotations[d, 2] * z) / size
+        x, y, z = rotations[d, 0], rotations[d, 1], rotations[d, 2]
+        at_rest = root[d] + x * rest[0] + y * rest[1] + z * rest[2]
+        away += (here[d] - at_rest) * (x * balance[0] + y * balance[1] + z * balance[2]) / size
     return min(1.0, max(0.0, 1.0 - away / reach))
 
 
@@ -176,16 +177,13 @@ def add_balance(chains: Chains, numbers, chain_rotations, tensions, positions, a
             if i + 1 < offsets[c + 1]:
                 load += tensions[i + 1]
             ratio = min(load / rest_loads[i], gravity / STANDARD_GRAVITY)
-            x, y, z = balance[i, 0], balance[i, 1], balance[i, 2]
             if reach > 0.0:
                 rest_x += spans[i] * directions[i, 0]
                 rest_y += spans[i] * directions[i, 1]
                 rest_z += spans[i] * directions[i, 2]
-                here = positions[i]
-                ratio *= remaining_balance(
-                    reach, chain_rotations[c], positions[root], here, rest_x, rest_y, rest_z, x, y, z
-                )
-            x, y, z = ratio * x, ratio * y, ratio * z
+                rest = (rest_x, rest_y, rest_z)
+                ratio *= remaining_balance(reach, chain_rotations[c], positions[root], positions[i], rest, balance[i])
+            x, y, z = ratio * balance[i, 0], ratio * balance[i, 1], ratio * balance[i, 2]
             for d in range(3):
                 rotated = chain_rotations[c, d, 0] * x + chain_rotations[c, d, 1] * y + chain_rotations[c, d, 2] * z
                 accelerations_out[i, d] += rotated
