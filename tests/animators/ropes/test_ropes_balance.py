@@ -140,7 +140,7 @@ def test_the_balance_fades_where_a_node_leaves_its_support(off, kept):
         ({"settings": {"air_density": 0.6}}, 0.6),
         ({"settings": {"air_density": 0}}, 0.0),
         ({"settings": {"air_density": "thick"}}, AIR_DENSITY),
-        ({"settings": {"air_density": float("nan")}}, AIR_DENSITY),
+        ({"settings": {"air_density": -1.0}}, AIR_DENSITY),
         ({"settings": 5}, AIR_DENSITY),
         ({}, AIR_DENSITY),
     ],
