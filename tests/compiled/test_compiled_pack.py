@@ -48,7 +48,7 @@ def test_without_a_pack_each_kernel_is_compiled(made):
 def test_it_is_said_in_one_line_that_kernels_are_compiled(tmp_path):
     environment = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path), "HEMLINE_KERNEL_PACK": "none"}
     command = [sys.executable, "-m", "hemline", "explain", "cape"]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0
     assert len(kept(tmp_path)) > 0
     assert done.stderr.count("hemline: compiling for this processor") == 1
