@@ -4,7 +4,8 @@
     python tools/kernels.py 3.12         one of them
 
 Each Python has the environment that `tools/pythons.py` makes. Kernels are compiled for `hemline.compiled.pack.TARGET`,
-by `hemline warmup` with an empty cache, which takes some five minutes of processor time for each Python.
+which this machine has to run, by `hemline warmup` with an empty cache, which takes some five minutes of processor time
+for each Python.
 """
 
 import os
@@ -17,7 +18,6 @@ from pythons import PYTHONS, environment, find_python
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "kernels" / "hemline_kernels"
-PRINT_TARGET = "from hemline.compiled.pack import TARGET; print(TARGET.processor, TARGET.features)"
 WRITE = (
     "import sys; from pathlib import Path; from hemline.compiled.pack import TARGET, pack_name, write_pack; "
     "path = Path(sys.argv[1], pack_name()); count = write_pack(path, Path(sys.argv[2]), TARGET); "
@@ -27,11 +27,8 @@ WRITE = (
 
 def make_pack(python: Path) -> None:
     """Compiles all kernels with one Python, and packs them."""
-    printed = subprocess.run([python, "-c", PRINT_TARGET], check=True, capture_output=True, text=True).stdout
-    processor, features = printed.split()
     with tempfile.TemporaryDirectory() as folder:
-        variables = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": features}
-        variables |= {"HEMLINE_CACHE_DIR": folder, "HEMLINE_KERNEL_PACK": "none"}
+        variables = {"HEMLINE_CACHE_DIR": folder, "HEMLINE_KERNEL_PACK": "none"}
         warmup = [python, "-m", "hemline", "warmup", "--jobs", str(os.cpu_count() or 1)]
         subprocess.run(warmup, check=True, env=os.environ | variables)
         subprocess.run([python, "-c", WRITE, FOLDER, folder], check=True)

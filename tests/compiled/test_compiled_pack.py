@@ -151,6 +151,22 @@ def test_a_shipped_model_plays_and_nothing_is_compiled(tmp_path, model):
 
 
 @needs_pack
+@pytest.mark.slow
+@pytest.mark.parametrize("model", ["tshirt-light", "trousers-light"])
+def test_a_model_plays_to_the_same_bits_without_packs(tmp_path, model):
+    """Close-fitting garments have kernels that may reorder sums, which depends on the length of vectors."""
+    last = []
+    for name, pack in (("packed", ""), ("compiled", "none")):
+        variables = os.environ | {"HEMLINE_CACHE_DIR": str(tmp_path / name), "HEMLINE_KERNEL_PACK": pack}
+        command = [sys.executable, "-c", PLAY, model, str(tmp_path / f"{name}.npy")]
+        subprocess.run(command, env=variables, check=True, timeout=300)
+        last.append((tmp_path / f"{name}.npy").read_bytes())
+    assert kept(tmp_path / "packed") == []
+    assert len(kept(tmp_path / "compiled")) > 20
+    assert last[0] == last[1]
+
+
+@needs_pack
 def test_there_is_a_pack_for_this_python():
     (folder,) = find_spec(packs.PACKAGE).submodule_search_locations
     pack = open_pack(Path(folder) / pack_name())

@@ -66,14 +66,13 @@ class KernelCache:
             return None
 
     def _read(self, signature: Any, processor: tuple[str, ...]) -> bytes | None:
-        """Returns the compiled version for these types: that of the pack, or else the one compiled for a processor."""
+        """Returns the compiled version for these types and this processor, from the pack or else from the folder."""
+        name, key = self._name(signature, processor)
         pack = shipped_pack()
-        if pack is not None:
-            name, key = self._name(signature, tuple(pack.target))
+        if pack is not None and pack.target == processor:
             content = _checked(pack.read(name) or b"", key)
             if content is not None:
                 return content
-        name, key = self._name(signature, processor)
         folder = kernel_folder().path
         return None if folder is None else _read(folder / name, key)
 

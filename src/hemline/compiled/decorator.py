@@ -7,7 +7,10 @@ from typing import Any
 import numba
 
 from .cache import KernelCache
+from .pack import aim_numba
 from .threads import call_parallel, threads
+
+aim_numba()
 
 
 def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:

@@ -4,6 +4,10 @@ A pack holds the files of `cache` for one version of Python and numba on one pla
 processor that has the instructions of `TARGET`. A kernel whose source, or whose numba, differs from that of the pack is
 compiled as if there were no pack, and so are all kernels on another processor.
 
+Where `TARGET` runs, kernels that are compiled here are compiled for it, too (`aim_numba`). So a garment plays to the
+same bits with a pack and without one, and on old and new processors: kernels that may reorder sums give others for
+vectors of another length.
+
 Like compiled kernels on disk, packs are run as they are: a pack has the same trust as the code beside it.
 """
 
@@ -24,6 +28,7 @@ from typing import Any, NamedTuple
 
 import llvmlite
 import numba
+import numba.core.config
 from llvmlite import binding
 
 from hemline.errors import BadOutput
@@ -31,6 +36,7 @@ from hemline.files.atomic import atomic_write
 
 from .folder import KernelFolder, kernel_folder, may_be_read
 
+_config: Any = numba.core.config
 PACKAGE = "hemline_kernels"
 """Name of the package that holds the packs."""
 VARIABLE = "HEMLINE_KERNEL_PACK"
@@ -61,6 +67,16 @@ TARGET = Target(
     "+sse2,+sse3,+sse4.1,+sse4.2,+ssse3,+xsave",
 )
 """Linux on x86-64 processors since about 2015 (level 3 of the x86-64 psABI)."""
+
+
+def aim_numba() -> None:
+    """Has numba compile for `TARGET` in this process, where the machine runs it.
+
+    It does nothing if NUMBA_CPU_NAME or NUMBA_CPU_FEATURES is set. If numba has compiled something before, its target
+    stays, and packs are not used.
+    """
+    if _config.CPU_NAME is None and _config.CPU_FEATURES is None and TARGET.runs_here():
+        _config.CPU_NAME, _config.CPU_FEATURES = TARGET.processor, TARGET.features
 
 
 class Pack:
