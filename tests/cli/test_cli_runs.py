@@ -183,5 +183,5 @@ def test_demo_shows_a_cape_a_shirt_on_three_bodies_and_a_dress(tmp_path):
     assert all(each["inside_percent"]["after"] == 0 for each in figures.values())
     from PIL import Image
 
-    moving = Image.open(tmp_path / "tshirt.webp")
-    assert moving.n_frames == 90 and moving.size == (960, 480)
+    with Image.open(tmp_path / "tshirt.webp") as moving:
+        assert moving.n_frames == 90 and moving.size == (960, 480)

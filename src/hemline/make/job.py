@@ -66,7 +66,7 @@ class Job:
             SimulationFailed: The garment does not come to rest.
         """
         folder, betas = self.work.folder / "check", self.garment.body_betas
-        (rest,) = sim.produce_rests(folder, self.garment, [betas])
+        (rest,) = sim.produce_rests(folder, self.garment, [tuple(betas)])
         if isinstance(rest, str):
             raise SimulationFailed(f"{self.garment.name} cannot be simulated: {rest}")
         return rest.vertices[0]

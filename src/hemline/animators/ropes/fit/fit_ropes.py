@@ -87,8 +87,9 @@ def _air_density(source: TakeFrames) -> float:
     """Returns the density of the air in which the first take was simulated, or of air if it does not say [kg/m^3]."""
     settings = take_metadata(source.dataset.path(source.rows[0].name))["inputs"].get("settings")
     density = settings.get("air_density") if isinstance(settings, dict) else None
-    known = isinstance(density, int | float) and math.isfinite(density) and density >= 0
-    return float(density) if known else AIR_DENSITY
+    if isinstance(density, int | float) and math.isfinite(density) and density >= 0:
+        return float(density)
+    return AIR_DENSITY
 
 
 def _place_chains(source: TakeFrames, shaped: ShapedBody, build: Callable[..., Ropes]) -> Ropes:
