@@ -27,8 +27,8 @@ BODIES = 17
 FEWEST_ANCHORS, MOST_ANCHORS = 4, 150
 """Number of anchors below which AgentDress is not fitted, and that of the paper."""
 FEWEST_POSES = 60
-"""Number of further poses below which AgentDress is not fitted: fitted to few drapes it is worse than `lag`, which needs
-none."""
+"""Number of further poses below which AgentDress is not fitted: fitted to few drapes it is worse than `lag`, which
+needs none."""
 ANCHORS_SHARE, RANDOM_SHARE = 0.55, 0.4
 """Share of the time for drapes that goes to anchors, if that is enough for more than the fewest; and share of what then
 is left that goes to random bodies."""
