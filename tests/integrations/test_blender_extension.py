@@ -1,11 +1,11 @@
-"""The add-on for Blender, installed and used in Blender itself. How to get one: `tests/export/blender/README.md`."""
+"""The extension, built, installed and used in Blender itself. How to get one: `tests/export/blender/README.md`."""
 
-import ast
 import json
 import os
 import re
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +13,12 @@ import pytest
 
 import hemline
 from hemline import garments, motions
-from hemline.animators import load, shipped_models
+from hemline.animators import load
 from hemline.cli import main
 from hemline.playback import play
 
 ROOT = Path(__file__).parents[2]
-ADDON = ROOT / "integrations" / "blender" / "hemline_addon.py"
+SOURCE = ROOT / "integrations" / "blender"
 BLENDER = os.environ.get("HEMLINE_BLENDER_PYTHON")
 in_blender = [
     pytest.mark.slow,
@@ -27,16 +27,27 @@ in_blender = [
 SHORT = {"start": 0.0, "seconds": 0.4}
 
 
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """The extension as `make blender-extension` builds it, and what Blender's own command says of it."""
+    folder = tmp_path_factory.mktemp("package")
+    command = [BLENDER, str(SOURCE / "build.py"), str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder / f"hemline-{hemline.__version__}.zip", done.stdout
+
+
 @pytest.fixture
-def scene(tmp_path):
-    """Plays a scene of `addon_scenes.py` in Blender: what it tells, and its vertices by name."""
+def scene(tmp_path, package):
+    """Plays a scene of `extension_scenes.py` in Blender: what it tells, and its vertices by name."""
     program = tmp_path / "bin" / "hemline"
     program.parent.mkdir()
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m hemline "$@"\n')
     program.chmod(0o755)
 
     def played(name):
-        command = [BLENDER, str(Path(__file__).parent / "addon_scenes.py"), name, str(tmp_path), str(program)]
+        script = Path(__file__).parent / "extension_scenes.py"
+        command = [BLENDER, str(script), name, str(tmp_path), str(package[0]), str(program)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
         assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-3000:]
         with np.load(tmp_path / "vertices.npz") as arrays:
@@ -59,6 +70,14 @@ def apart_mm(one, other):
 
 class TestInBlender:
     pytestmark = in_blender
+
+    def test_blender_builds_a_valid_package_with_the_licence(self, package):
+        path, said = package
+        assert "Success parsing TOML" in said
+        with zipfile.ZipFile(path) as archive:
+            packed = {name: archive.read(name) for name in archive.namelist()}
+        expected = {each.name: each.read_bytes() for each in (SOURCE / "hemline").iterdir() if each.is_file()}
+        assert packed == {**expected, "LICENSE": (ROOT / "LICENSE").read_bytes()}
 
     def test_garment_and_body_stand_where_hemline_puts_them(self, scene):
         told, read = scene("plays")
@@ -108,7 +127,7 @@ class TestInBlender:
         told, _ = scene("removes_its_own")
         assert told == {"mine": ["garment.pc2", "garment_body.pc2", "sketches.txt"], "first": True, "second": False}
 
-    def test_baked_keys_need_neither_addon_nor_files(self, scene):
+    def test_baked_keys_need_neither_extension_nor_files(self, scene):
         told, read = scene("bakes_keys")
         for name in ("baked", "opened", "again"):
             assert apart_mm(read[name], read["garment"]) < 0.1
@@ -138,6 +157,7 @@ class TestInBlender:
             "motion": "hemline: cannot read .*no.bvh; got No such file or directory; name a BVH file",
             "betas": "hemline: no body of that name ships; got 'smpl'",
             "garment": "hemline: model 'live' needs a garment to wear; got none",
+            "material": "hemline: .* plays garments of the material that it learned; got --material silk",
             "no program": "hemline was not found; got '/no/such/hemline' is no program; name it in Preferences",
             "another program": "the program is not hemline; got .*/true, which said ''; name another one",
             "not run": "hemline was not found; got '.*script' is no program",
@@ -150,33 +170,53 @@ class TestInBlender:
 
     def test_blender_goes_on_while_hemline_works(self, scene):
         told, _ = scene("plays_in_the_background")
-        shares = [share for stage, share in told["stages"] if stage == "animate"]
+        shares = [share for stage, share, _ in told["stages"] if stage == "animate"]
         assert shares == sorted(shares) and shares[-1] > 0.5
+        left = [seconds for _, share, seconds in told["stages"] if seconds is not None and share > 0]
+        assert left and min(left) >= 0 and left[-1] < 60
         assert told["busy"] == "hemline is at work on another object; wait for it, or stop it"
-        assert told["stopped"] == "stopped; what was played before is kept"
+        assert told["stopped"] == "stopped; nothing was changed"
         assert told["frames"] == 7
+        assert told["live"].startswith("hemline: no motion of that name") and told["tried again"] is None
+
+    def test_a_mesh_is_tried_on_and_its_pins_stay_on_the_skin(self, scene, tmp_path):
+        shirt = garments.load("tshirt-light")
+        height = shirt.vertices[:, 1]
+        held = np.flatnonzero(height > height.max() - 0.03)
+        loose = np.flatnonzero(height < height.min() + 0.03)
+        own = shirt.vertices + np.array([0.0, 0.02, 0.0], np.float32)
+        np.savez(tmp_path / "own.npz", vertices=own, faces=shirt.faces, held=held, loose=loose)
+        told, read = scene("tries_on")
+        assert "worn: edge_strain" in told["message"] and told["pins"] == held.tolist()
+        assert told["kept"] == ["mine", "pattern", [480, 640]] and told["betas"][:2] == [0.5, 0.0]
+        body = hemline.bodies.load("anny24").shaped((0.5,))
+        assert signed_mm(body, read["worn"][0]).min() > -1
+        above = [apart_from_skin_mm(vertices, skin) for vertices, skin in zip(read["garment"], read["body"])]
+        assert np.ptp(np.array(above)[:, held], axis=0).max() < 5
+        assert told["no group"] == "the pins must be a vertex group of 'own'; got 'sleeves', it has held; choose one"
+        assert told["no vertices"].startswith("the pins must have vertices; got none above 0.5 in 'sleeves'")
+        assert told["stopped"] == "stopped; nothing was changed"
+        assert told["cube"].startswith("hemline: ")
+
+    def test_alembic_has_what_was_played(self, scene):
+        _, read = scene("exports_alembic")
+        played = frames()
+        assert apart_mm(read["garment"], [frame.vertices for frame in played]) < 0.1
+        assert apart_mm(read["body"], [frame.body.vertices for frame in played]) < 0.1
+
+    def test_the_panel_shows_what_fits_the_active_object(self, scene):
+        told, _ = scene("is_drawn")
+        assert told["nothing"] == ["hemline garment"]
+        assert told["mesh"] == ["Pins", "Body", "Betas", "Try On", "Add to Play It"]
+        assert {"Model", "Motion", "Material", "Untangle", "Play", "Bake Cache"} <= set(told["object"])
+        assert not {"Garment", "Pins", "Try On"} & set(told["object"]) and {"Garment", "Pins"} <= set(told["garment"])
+        assert any(re.fullmatch(r"animate \d+ %, \d+ s left", text) for text in told["at work"])
+        assert "Settings were changed: press Play" in told["changed"]
 
     def test_a_picture_shows_a_red_cape(self, scene):
         _, read = scene("is_rendered")
         red, green, blue = read["picture"][..., :3].reshape(-1, 3).T
         assert 0.02 < ((red > 1.8 * green) & (red > 1.8 * blue)).mean() < 0.3
-
-
-def test_flags_that_the_addon_gives_exist(capsys):
-    tree = ast.parse(ADDON.read_text())
-    words = {str(each.value) for each in ast.walk(tree) if isinstance(each, ast.Constant)}
-    given = {word for word in words if re.match("--[a-z]", word)}
-    with pytest.raises(SystemExit):
-        main(["animate", "--help"])
-    known = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
-    assert {"--output", "--json", "--betas"} <= given <= known
-
-
-def test_names_that_the_addon_tells_are_those_that_ship():
-    text = "".join(re.findall(r'"([^"]*)"', ADDON.read_text().split("class HemlineSettings")[1]))
-    models = re.search(r"shipped one: (.*?); lag, live and swingar", text)[1].split(", ")
-    assert {*models, "lag", "live", "swingar"} == set(shipped_models())
-    assert set(re.search(r'shipped one: (walk[a-z, ]*)"', ADDON.read_text())[1].split(", ")) == set(motions.names())
 
 
 def test_progress_is_told_in_lines_to_other_programs(tmp_path, monkeypatch, capsys):
