@@ -472,6 +472,8 @@ def main(name):
     globals()[f"scene_{name}"]()
     np.savez(FOLDER / "vertices.npz", **VERTICES)
     (FOLDER / "told.json").write_text(json.dumps(TOLD))
+    shutil.rmtree(bpy.app.tempdir, ignore_errors=True)
+    os._exit(0)  # after it has opened a .blend, Blender's module may wait for a thread of its own at exit, for ever
 
 
 main(sys.argv[1])

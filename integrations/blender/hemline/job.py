@@ -72,7 +72,7 @@ class Job:
                 done, total = (int(each) for each in count.split("/"))
                 self._report(stage, done / total if total else 0.0)
             elif line.strip():
-                self.messages.append(line.rstrip())
+                self.messages.append(line.rstrip().replace(f"{self.folder}{os.sep}", ""))
 
     def _report(self, stage: str, share: float) -> None:
         self._last = time.monotonic(), share
@@ -111,7 +111,10 @@ class Job:
         if self.stopped:
             raise Refused("stopped; nothing was changed")
         if status:
-            raise Refused("\n".join(self.messages[-20:]) or f"{self.process.args[0]} ended with status {status}")
+            errors = [line for line in self.messages if line.startswith("hemline: ")]
+            raise Refused(
+                "\n".join(errors[-1:] or self.messages[-20:]) or f"{self.process.args[0]} ended with status {status}"
+            )
 
     def no_result(self) -> Refused:
         """Returns the error of a program that ended well and wrote something else than hemline does."""

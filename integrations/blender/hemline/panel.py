@@ -7,7 +7,8 @@ import bpy
 from .background import owner_of, running_job
 from .parts import cache_of, part_of, root_of
 from .playing import is_outdated
-from .settings import OF_ANY_GARMENT, is_plain_mesh
+from .program import takes_garment
+from .settings import is_plain_mesh
 
 
 class HEMLINE_PT_panel(bpy.types.Panel):
@@ -31,7 +32,7 @@ def draw_root(layout, context, root) -> None:
     """Draws the settings of an object that plays."""
     settings = root.hemline
     draw_settings(layout, settings, "model", "motion")
-    if settings.model in OF_ANY_GARMENT:
+    if takes_garment(settings):
         column = draw_settings(layout, settings, "garment", "mesh")
         if settings.mesh is not None:
             draw_pins(column, settings.mesh)

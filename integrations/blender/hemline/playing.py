@@ -8,15 +8,21 @@ import bpy
 from .job import Job, make_folder, remove_folder
 from .mesh_files import read_frames, write_garment
 from .parts import PARTS, cache_of, cache_timing, is_in_use, part_of, show_part
-from .program import animate_words, executable, rate
+from .program import animate_words, executable, rate, takes_garment
 from .refused import Refused
 
 
 def settings_key(root, scene) -> str:
     """Returns a text of all settings that change the result, to detect changes."""
     settings = root.hemline
-    mesh = [settings.mesh.name, settings.mesh.hemline.pins] if settings.mesh else []
-    return json.dumps([animate_words(settings, scene), mesh, repr(rate(scene)), settings.with_body])
+    mesh = worn_mesh(settings)
+    garment = [mesh.name, mesh.hemline.pins] if mesh else []
+    return json.dumps([animate_words(settings, scene), garment, repr(rate(scene)), settings.with_body])
+
+
+def worn_mesh(settings):
+    """Returns the mesh of the scene that is played, or None."""
+    return settings.mesh if takes_garment(settings) else None
 
 
 def is_outdated(root, scene) -> bool:
@@ -38,8 +44,8 @@ def start_playing(context, root) -> Job:
     program, words = executable(context), animate_words(root.hemline, context.scene)
     key, scene, folder = settings_key(root, context.scene), context.scene.name, make_folder()
     try:
-        if root.hemline.mesh is not None:
-            words += ["--garment", str(write_garment(root.hemline.mesh, folder, context))]
+        mesh = worn_mesh(root.hemline)
+        words += ["--garment", str(write_garment(mesh, folder, context))] if mesh else []
         words += ["--output", str(folder / "garment.pc2"), "--json"]
         job = Job(program, words, folder, root, lambda job, root: show_clip(job, root, scene, key))
     except Refused:

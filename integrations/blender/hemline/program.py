@@ -9,6 +9,9 @@ import numpy as np
 
 from .refused import Refused
 
+OF_ONE_GARMENT = ("cape", "skirt", "tshirt-light", "longsleeve-light", "trousers-light")
+"""Shipped models of one garment; other models, and files, may play any."""
+
 
 def executable(context) -> str:
     """Returns the path of the program: that of the preferences, otherwise the first one on the PATH.
@@ -35,12 +38,17 @@ def rate(scene) -> float:
     return scene.render.fps / scene.render.fps_base
 
 
+def takes_garment(settings) -> bool:
+    """Whether the model of the settings may play any garment; otherwise garment and mesh are not used."""
+    return settings.model not in OF_ONE_GARMENT
+
+
 def animate_words(settings, scene) -> list[str]:
     """Returns the words of `hemline animate` without mesh and output: all settings that change the result."""
     words = ["animate", absolute_name(settings.model), "--motion", absolute_name(settings.motion)]
     words += ["--fps", repr(settings.fps or rate(scene)), "--detail", f"{settings.detail:.6g}"]
-    for flag, value in (("--garment", settings.garment), ("--shapes", settings.shapes)):
-        words += [flag, absolute_name(value)] if value else []
+    words += ["--garment", absolute_name(settings.garment)] if settings.garment and takes_garment(settings) else []
+    words += ["--shapes", absolute_name(settings.shapes)] if settings.shapes else []
     words += ["--material", settings.material] if settings.material != "OWN" else []
     words += ["--start", f"{settings.start:.6g}"] if settings.start else []
     words += ["--seconds", f"{settings.seconds:.6g}"] if settings.seconds else []

@@ -14,8 +14,6 @@ from bpy.props import (
 from .background import on_change
 from .parts import move_start
 
-OF_ANY_GARMENT = ("lag", "live", "swingar")
-"""Shipped models that play any garment."""
 MATERIALS = ("cotton", "silk", "denim", "wool", "jersey", "paper")
 
 

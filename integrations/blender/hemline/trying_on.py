@@ -40,7 +40,7 @@ def show_worn(job: Job, chosen) -> str:
     if not path.is_file():
         raise job.no_result()
     arrays, (scene, *_) = read_garment(path), chosen.users_scene or [bpy.context.scene]
-    mesh = worn_mesh(chosen, arrays, scene)
+    mesh = mesh_as_worn(chosen, arrays, scene)
     worn = bpy.data.objects.new(mesh.name, mesh)
     worn.scale = [1 / scene.unit_settings.scale_length] * 3
     for collection in chosen.users_collection:
@@ -56,7 +56,7 @@ def show_worn(job: Job, chosen) -> str:
     return "\n".join([*job.messages, job.output.strip()])
 
 
-def worn_mesh(chosen, arrays: dict[str, np.ndarray], scene):
+def mesh_as_worn(chosen, arrays: dict[str, np.ndarray], scene):
     """Returns the mesh of a garment as it is worn.
 
     It keeps faces, UV maps and vertex groups unless hemline left a vertex out, and materials in any case.
