@@ -15,7 +15,7 @@ ifneq ($(wildcard $(NEWTON)),)
 export HEMLINE_NEWTON_PYTHON ?= $(abspath $(NEWTON))
 endif
 
-.PHONY: demo demo-from-nothing test test-all test-pythons check site bench kernels judges judges-install clean
+.PHONY: demo demo-from-nothing test test-all test-pythons check site bench kernels judges judges-install blender-extension clean
 
 $(VENV)/.base: pyproject.toml constraints.txt kernels/pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -83,6 +83,10 @@ $(BLENDER):
 $(NEWTON):
 	$(PYTHON) -m venv .venv-newton
 	$@ -m pip install --quiet --disable-pip-version-check 'newton==1.8.*'
+
+# the extension for Blender, validated by Blender's own command: out/blender/hemline-VERSION.zip
+blender-extension: $(BLENDER)
+	$(BLENDER) integrations/blender/build.py out/blender
 
 # compares the simulator with Blender's cloth and Newton: figures and pictures of docs/ground_truth.md
 judges: $(VENV)/.base

@@ -9,6 +9,7 @@ name in `FOLDER/vertices.npz`.
 
 import json
 import os
+import re
 import shutil
 import sys
 import time
@@ -336,6 +337,19 @@ def drawn():
     context.region = type("Region", (), {"width": 300})()
     module("panel").HEMLINE_PT_panel.draw(panel, context)
     return panel.layout.drawn
+
+
+def scene_runs_the_script():
+    """The script of the page."""
+    page = Path(__file__).parents[2] / "integrations" / "blender" / "README.md"
+    (script,) = re.findall(r"^```python\n(.*?)^```", page.read_text(), re.MULTILINE | re.DOTALL)
+    exec(script, {})
+    root = bpy.context.object
+    TOLD.update(
+        message=root.hemline.message,
+        keys=len(parts(root)["garment"].data.shape_keys.key_blocks),
+        range=[bpy.context.scene.frame_start, bpy.context.scene.frame_end],
+    )
 
 
 def scene_is_drawn():

@@ -209,6 +209,14 @@ class TestInBlender:
         assert apart_mm(read["garment"], [frame.vertices for frame in played]) < 0.1
         assert apart_mm(read["body"], [frame.body.vertices for frame in played]) < 0.1
 
+    def test_the_script_of_the_page_makes_two_seconds_of_shape_keys(self, scene):
+        told, _ = scene("runs_the_script")
+        assert told == {
+            "message": "49 frames in shape keys; Play again turns them back into a point cache",
+            "keys": 49,
+            "range": [1, 49],
+        }
+
     def test_the_panel_shows_what_fits_the_active_object(self, scene):
         told, _ = scene("is_drawn")
         assert told["nothing"] == ["hemline garment"]
