@@ -15,12 +15,12 @@ from .refused import Refused
 def settings_key(root, scene) -> str:
     """Returns a text of all settings that change the result, to detect changes."""
     settings = root.hemline
-    mesh = worn_mesh(settings)
+    mesh = garment_mesh(settings)
     garment = [mesh.name, mesh.hemline.pins] if mesh else []
     return json.dumps([animate_words(settings, scene), garment, repr(rate(scene)), settings.with_body])
 
 
-def worn_mesh(settings):
+def garment_mesh(settings):
     """Returns the mesh of the scene that is played, or None."""
     return settings.mesh if takes_garment(settings) else None
 
@@ -44,7 +44,7 @@ def start_playing(context, root) -> Job:
     program, words = executable(context), animate_words(root.hemline, context.scene)
     key, scene, folder = settings_key(root, context.scene), context.scene.name, make_folder()
     try:
-        mesh = worn_mesh(root.hemline)
+        mesh = garment_mesh(root.hemline)
         words += ["--garment", str(write_garment(mesh, folder, context))] if mesh else []
         words += ["--output", str(folder / "garment.pc2"), "--json"]
         job = Job(program, words, folder, root, lambda job, root: show_clip(job, root, scene, key))
