@@ -115,6 +115,20 @@ def scene_rates():
     TOLD["again"] = module("playing").is_outdated(root, bpy.context.scene)
 
 
+def scene_blows():
+    """Wind from behind, in Blender's axes, and for a model that it does not move."""
+    root = added(wind=(0.5, -4.0, 0.25))
+    bpy.ops.hemline.play()
+    VERTICES["garment"] = world(parts(root)["garment"])
+    root.hemline.wind = (0.0, 0.0, 0.0)
+    TOLD["calm"] = module("program").animate_words(root.hemline, bpy.context.scene)
+    root.hemline.wind = (0.0, -4.0, 0.0)
+    root.hemline.model = "tshirt-light"
+    TOLD["shirt"] = module("program").animate_words(root.hemline, bpy.context.scene)
+    root.hemline.model = str(FOLDER / "shirt.safetensors")
+    TOLD["refused"] = said(root)
+
+
 def scene_keeps():
     """Materials, modifiers and the mesh of an object outlive another Play; a failure changes nothing."""
     root = added()
@@ -360,6 +374,8 @@ def scene_is_drawn():
     TOLD["mesh"] = drawn()
     root = added(seconds=1.0)
     TOLD["object"] = drawn()
+    root.hemline.model = "tshirt-light"
+    TOLD["shirt"] = drawn()
     root.hemline.model, root.hemline.mesh = "live", cube
     TOLD["garment"] = drawn()
     root.hemline.model = "cape"

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -13,7 +14,7 @@ import pytest
 
 import hemline
 from hemline import garments, motions
-from hemline.animators import load
+from hemline.animators import load, model_path
 from hemline.cli import main
 from hemline.collide import inside
 from hemline.meshes import closest_points_on_mesh
@@ -58,9 +59,9 @@ def scene(tmp_path, package):
     return played
 
 
-def frames(model="cape", *, betas=(), fps=30.0, detail=0.1, seconds=0.4):
+def frames(model="cape", *, betas=(), fps=30.0, detail=0.1, seconds=0.4, wind=(0.0, 0.0, 0.0)):
     """Garment and body, played in this process."""
-    animator, body = load(model), hemline.bodies.load("anny24").shaped(betas)
+    animator, body = load(model).in_wind(wind), hemline.bodies.load("anny24").shaped(betas)
     motion = motions.load("run")
     motion = motion[: round(seconds * motion.fps) + 1]
     return list(play(animator, body, motion, fps=fps, detail=detail, untangle=True))
@@ -107,6 +108,14 @@ class TestInBlender:
         assert told == {"parts": ["garment"], "outdated": True, "again": False}
         film = np.array([frame.vertices for frame in frames(fps=24 / float(np.float32(1.001)))])
         assert apart_mm(read["film"][: len(film)], film[:9]) < 0.1
+
+    def test_wind_blows_along_the_axes_of_blender(self, scene, tmp_path):
+        shutil.copy(model_path("tshirt-light"), tmp_path / "shirt.safetensors")
+        told, read = scene("blows")
+        windy = frames(wind=(0.5, 0.25, 4.0))
+        assert apart_mm(read["garment"], [frame.vertices for frame in windy]) < 0.1
+        assert "--wind" not in told["calm"] + told["shirt"]
+        assert told["refused"].startswith("hemline: wind does not move garments of agentdress; got --wind 0 0 4;")
 
     def test_what_was_done_to_an_object_stays_when_it_is_played_again(self, scene):
         told, _ = scene("keeps")
@@ -221,6 +230,7 @@ class TestInBlender:
         told, _ = scene("is_drawn")
         assert told["nothing"] == ["hemline garment"]
         assert told["mesh"] == ["Pins", "Body", "Betas", "Try On", "Add to Play It"]
+        assert "Wind" in told["object"] and "Wind" not in told["shirt"] and "Motion" in told["shirt"]
         assert {"Model", "Motion", "Material", "Untangle", "Play", "Bake Cache"} <= set(told["object"])
         assert not {"Garment", "Pins", "Try On"} & set(told["object"]) and {"Garment", "Pins"} <= set(told["garment"])
         assert any(re.fullmatch(r"animate \d+ %, \d+ s left", text) for text in told["at work"])

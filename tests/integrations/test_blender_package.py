@@ -10,7 +10,7 @@ import pytest
 
 import hemline
 from hemline import motions
-from hemline.animators import shipped_models
+from hemline.animators import Windy, load, shipped_models
 from hemline.cli import main
 from hemline.garments import MATERIALS
 
@@ -71,7 +71,7 @@ def words_of(function: str) -> set[str]:
 @pytest.mark.parametrize(
     "verb, functions",
     [
-        ("animate", ("animate_words", "body_words", "start_playing")),
+        ("animate", ("animate_words", "body_words", "wind_words", "start_playing")),
         ("tryon", ("try_on_words", "body_words", "start_try_on")),
     ],
 )
@@ -106,5 +106,7 @@ def test_names_that_the_extension_tells_are_those_of_hemline():
     shipped = re.search(r"shipped one: (.*?);", description("model"))[1].split(", ")
     assert {*shipped, *of_any[1].split(", "), of_any[2]} == set(shipped_models())
     assert constants("program.py")["OF_ONE_GARMENT"] == tuple(shipped)
+    calm = {name for name in shipped_models() if not isinstance(load(name), Windy)}
+    assert set(constants("program.py")["OF_CALM_AIR"]) == calm
     assert set(re.search(r"shipped one: (.*)", description("motion"))[1].split(", ")) == set(motions.names())
     assert set(constants("settings.py")["MATERIALS"]) == set(MATERIALS)

@@ -7,7 +7,7 @@ import bpy
 from .background import owner_of, running_job
 from .parts import cache_of, part_of, root_of
 from .playing import is_outdated
-from .program import takes_garment
+from .program import takes_garment, takes_wind
 from .settings import is_plain_mesh
 
 
@@ -36,7 +36,7 @@ def draw_root(layout, context, root) -> None:
         column = draw_settings(layout, settings, "garment", "mesh")
         if settings.mesh is not None:
             draw_pins(column, settings.mesh)
-    draw_settings(layout, settings, "material")
+    draw_settings(layout, settings, "material", *(["wind"] if takes_wind(settings) else []))
     draw_settings(layout, settings, "start", "seconds", "untangle")
     draw_settings(layout, settings, "body", "shapes")
     draw_settings(layout, settings, "fps", "detail", "first_frame")

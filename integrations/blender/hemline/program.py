@@ -7,10 +7,13 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from .mesh_files import y_up
 from .refused import Refused
 
 OF_ONE_GARMENT = ("cape", "skirt", "tshirt-light", "longsleeve-light", "trousers-light")
 """Shipped models of one garment; other models, and files, may play any."""
+OF_CALM_AIR = ("tshirt-light", "longsleeve-light", "trousers-light", "lag", "swingar")
+"""Shipped models whose garments wind does not move; those of other models, and of files, it may."""
 
 
 def executable(context) -> str:
@@ -43,6 +46,11 @@ def takes_garment(settings) -> bool:
     return settings.model not in OF_ONE_GARMENT
 
 
+def takes_wind(settings) -> bool:
+    """Whether wind may move the garment of the model of the settings; otherwise it is not used."""
+    return settings.model not in OF_CALM_AIR
+
+
 def animate_words(settings, scene) -> list[str]:
     """Returns the words of `hemline animate` without mesh and output: all settings that change the result."""
     words = ["animate", absolute_name(settings.model), "--motion", absolute_name(settings.motion)]
@@ -50,9 +58,16 @@ def animate_words(settings, scene) -> list[str]:
     words += ["--garment", absolute_name(settings.garment)] if settings.garment and takes_garment(settings) else []
     words += ["--shapes", absolute_name(settings.shapes)] if settings.shapes else []
     words += ["--material", settings.material] if settings.material != "OWN" else []
+    words += wind_words(settings) if takes_wind(settings) else []
     words += ["--start", f"{settings.start:.6g}"] if settings.start else []
     words += ["--seconds", f"{settings.seconds:.6g}"] if settings.seconds else []
     return words + body_words(settings) + ([] if settings.untangle else ["--no-untangle"])
+
+
+def wind_words(settings) -> list[str]:
+    """Returns the flag that lets wind blow, y up; without wind there is none."""
+    wind = np.array(settings.wind)
+    return ["--wind", *(f"{each:.4f}" for each in y_up(wind))] if wind.any() else []
 
 
 def try_on_words(settings, garment: Path) -> list[str]:

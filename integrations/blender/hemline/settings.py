@@ -72,6 +72,15 @@ class HemlineSettings(bpy.types.PropertyGroup):
         ],
         description="Material of the cloth, for live and for models that were fitted to several",
     )
+    wind: FloatVectorProperty(
+        name="Wind",
+        size=3,
+        update=on_change,
+        soft_min=-10,
+        soft_max=10,
+        subtype="XYZ",
+        description="Velocity of the wind along the axes of the object, z up, for ropes and live [m/s]",
+    )
     body: StringProperty(
         name="Body", update=on_change, subtype="FILE_PATH", description="Another body. If empty, that of the model"
     )

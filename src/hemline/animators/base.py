@@ -169,10 +169,10 @@ class MaterialAware(Protocol):
 
 @runtime_checkable
 class Windy(Protocol):
-    """An animator whose garment is moved by wind."""
+    """An animator or a `Wearable` whose garment is moved by wind."""
 
     def in_wind(self, wind: tuple[float, float, float]) -> Self:
-        """Returns the animator in a wind of the world [m/s]. It can step the States of this one."""
+        """Returns the animator in a wind of the world along x, y and z [m/s]. It can step the States of this one."""
         ...
 
 

@@ -11,6 +11,7 @@ from hemline.bodies import ShapedBody
 from hemline.errors import BadInput, BadModel, HemlineWarning
 
 from .progress import note, try_on_progress
+from .wind import CALM, Wind, in_wind
 
 if TYPE_CHECKING:
     from hemline.garments import Garment
@@ -44,6 +45,7 @@ def open_model(
     *,
     over: tuple[str, ...] = (),
     material: str | None = None,
+    wind: Wind = CALM,
     clamp: bool = False,
 ) -> tuple[Animator, ShapedBody]:
     """Opens a model from a file or by name, and the body to play it on.
@@ -57,18 +59,19 @@ def open_model(
         over: Layers over the garment, from the inside out: garments for a model that plays any garment, otherwise
             models with garments of their own.
         material: Material of the garment, but not of the layers over it; None for the one of the model or the garment.
+        wind: Wind of the world, which blows on all layers [m/s].
         clamp: Whether betas are clamped to the range that the model was fitted on.
 
     Raises:
         BadModel: The model cannot be loaded, see `animators.load`.
         BadBody: There is no such body, or there are too many betas.
         BadInput: A model that plays any garment got none, or a model with its own garment got one; a garment is
-            layered over itself; or the model has no range of betas, or no other materials.
+            layered over itself; or a model has no range of betas, no other materials, or takes no wind.
         BadGarment: There is no such material.
     """
     from hemline.garments import wear_together
 
-    model = _in_material(load(name), material)
+    model = in_wind(_in_material(load(name), material), wind)
     shaped = body_of(model, body, betas)
     if clamp:
         shaped = _clamp_betas(model, shaped)
@@ -82,8 +85,9 @@ def open_model(
         cure = "leave --garment out, or fit an animator to that garment"
         raise BadInput(f"model '{name}' has its own garment, {model.garment.name}", garment, cure)
     _check_each_once((name, *over))
-    layered: Animator = together([model, *map(_load_layer, over)]) if over else model
-    return layered, shaped
+    if not over:
+        return model, shaped
+    return together([model, *(_load_layer(layer, wind) for layer in over)]), shaped
 
 
 def _in_material(model: Animator | Wearable, material: str | None) -> Animator | Wearable:
@@ -102,7 +106,7 @@ def _check_each_once(names: Sequence[str]) -> None:
             raise BadInput("a garment cannot be worn over itself", f"'{name}' twice", "name another one with --over")
 
 
-def _load_layer(name: str) -> Animator:
+def _load_layer(name: str, wind: Wind) -> Animator:
     from hemline import garments
 
     try:
@@ -116,7 +120,7 @@ def _load_layer(name: str) -> Animator:
     if isinstance(model, Wearable):
         cure = f"name models with a garment of their own, or play them all by '{name}': --garment INNER --over OUTER"
         raise BadInput("a model that takes any garment is not worn over another model", f"--over {name}", cure)
-    return model
+    return in_wind(model, wind)
 
 
 def _open_on_body(garment: str, shaped: ShapedBody) -> "Garment":

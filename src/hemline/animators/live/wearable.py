@@ -68,6 +68,10 @@ class Live:
         """
         return replace(self, material=Material.of(material))
 
+    def in_wind(self, wind: tuple[float, float, float]) -> Self:
+        """Returns the model for garments in a wind of the world [m/s]."""
+        return replace(self, config=replace(self.config, wind=wind))
+
     def save(self, path: str | Path) -> None:
         """Writes a model file that holds the options: the whole file or, on failure, none.
 

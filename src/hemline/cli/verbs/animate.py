@@ -9,6 +9,7 @@ import tyro
 from hemline.cli.clip import Up, cut
 from hemline.cli.output import Output
 from hemline.cli.progress import bars, note
+from hemline.cli.wind import CALM, Wind
 from hemline.errors import BadInput
 
 
@@ -29,6 +30,8 @@ class AnimateOptions:
     material: str | None = None
     """Material of the garment, if the model knows several: cotton, silk, denim, wool, jersey or paper.
     Defaults to the material of the model or of the garment."""
+    wind: Wind = CALM
+    """Wind velocity along x, y (up) and z [m/s], for models of ropes and for live. By default there is no wind."""
     over: tuple[str, ...] = ()
     """Layers over the garment, from the inside out, each kept outside the one beneath.
     They are garments for a model that plays any garment, otherwise models with garments of their own.
@@ -95,6 +98,7 @@ def run(options: AnimateOptions) -> int:
         options.betas,
         over=options.over,
         material=options.material,
+        wind=options.wind,
         clamp=options.clamp_betas,
     )
     own = output.own_mesh(body)
