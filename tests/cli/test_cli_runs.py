@@ -85,7 +85,7 @@ def test_drape_settles_on_each_shape(tmp_path, monkeypatch, capsys):
     garments.make_cape(bodies.load("anny24").shaped(), rows=20, columns=40).save("napkin.safetensors")
     asked = ["drape", "napkin.safetensors", "-o", "rests", "--random", "1", "--seed", "4", "--json"]
     assert main(asked) == 0
-    drapes = json.loads(capsys.readouterr().out)
+    drapes = json.loads(capsys.readouterr().out)["shapes"]
     assert [len(drape["betas"]) for drape in drapes] == [0, 16]
     assert all(drape["reason"] is None and drape["figures"]["inside"] == 0 for drape in drapes)
     assert main(asked[:-1]) == 0
@@ -138,7 +138,7 @@ def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
         )
         == 0
     )
-    takes = json.loads(capsys.readouterr().out)
+    takes = json.loads(capsys.readouterr().out)["takes"]
     assert [take["clip"] for take in takes] == list(names)
     assert not any(take["failed"] for take in takes)
     options = [

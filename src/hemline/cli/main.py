@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 
 from hemline.errors import BadCluster, BadInput, HemlineError, HemlineWarning, SimulationFailed
 
+from .guide import say_beginning, say_end
 from .usage_error import usage_error
 
 VERBS = {
@@ -79,7 +80,12 @@ def _run(words: list[str]) -> int:
         near = get_close_matches(verb, VERBS, 1)
         raise BadInput("no such verb", verb, f"did you mean '{near[0]}'?" if near else f"use one of {', '.join(VERBS)}")
     module = importlib.import_module(f"hemline.cli.verbs.{verb}")
-    return module.run(_parse(options_class(verb, rest), verb, rest))
+    options = _parse(options_class(verb, rest), verb, rest)
+    say_beginning(verb, options)
+    status = module.run(options)
+    if status == DONE:
+        say_end(verb, options)
+    return status
 
 
 def options_class(verb: str, words: Sequence[str] = ()) -> type:

@@ -1,4 +1,4 @@
-"""Reports progress on stderr: as bars on a terminal, or as lines for other programs."""
+"""Reports progress on stderr: as bars on a terminal, or as lines for logs and other programs."""
 
 import os
 import sys
@@ -6,53 +6,30 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from .progress_lines import LogLines, ProgressLines
+
+
+def is_followed_by_program() -> bool:
+    """Whether a program called hemline, and reads its progress."""
+    return os.environ.get("HEMLINE_PROGRESS") == "lines"
+
 
 @contextmanager
 def bars() -> Iterator[Any]:
-    """Yields a rich progress display on stderr, which draws nothing if stderr is not a terminal.
+    """Yields a rich progress display on stderr; if stderr is no terminal, lines with the time left now and then.
 
     With `HEMLINE_PROGRESS=lines` in the environment it prints lines `progress: STAGE DONE/TOTAL` instead, for programs
-    that call hemline, such as the Blender add-on.
+    that call hemline, such as the Blender extension.
     """
-    if os.environ.get("HEMLINE_PROGRESS") == "lines":
-        yield _ProgressLines()
+    if is_followed_by_program() or not sys.stderr.isatty():
+        yield ProgressLines() if is_followed_by_program() else LogLines()
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    visible = sys.stderr.isatty()
-    progress = Progress(*columns, console=Console(file=sys.stderr), disable=not visible)
-    if not visible:  # rich before 14.3 prints an empty line when a disabled display starts and stops
+    with Progress(*columns, console=Console(file=sys.stderr)) as progress:
         yield progress
-        return
-    with progress:
-        yield progress
-
-
-class _ProgressLines:
-    """Progress display that prints lines, at most one per percent."""
-
-    def __init__(self) -> None:
-        self._tasks: list[list[Any]] = []  # stage, steps done, total steps and last printed percent of each task
-
-    def add_task(self, description: str, total: int | None = None, visible: bool = True) -> int:
-        """Adds a task and returns its number."""
-        self._tasks.append([description, 0, total, -1])
-        return len(self._tasks) - 1
-
-    def advance(self, task: int) -> None:
-        """Counts one more step of a task."""
-        self.update(task, completed=self._tasks[task][1] + 1)
-
-    def update(self, task: int, completed: int, total: int | None = None, visible: bool = True) -> None:
-        """Sets the number of steps done, and prints a line if the percentage changed."""
-        stage, _, before, printed = self._tasks[task]
-        total = before if total is None else total
-        percent = 100 * completed // total if total else 0
-        self._tasks[task] = [stage, completed, total, percent]
-        if total and percent != printed:
-            note(f"progress: {stage} {completed}/{total}")
 
 
 @contextmanager
@@ -97,16 +74,17 @@ def total(unit: str) -> Iterator[Callable[[str, int, int], None]]:
 
 
 @contextmanager
-def status() -> Iterator[Callable[[str], None]]:
-    """Yields a callback that shows a line of text on a terminal until the next one; elsewhere it prints nothing."""
-    from rich.console import Console
+def steps(count: int) -> Iterator[Callable[[str], None]]:
+    """Yields a callback that draws one bar for a number of steps, called with words when each begins."""
+    with bars() as display:
+        task, begun = display.add_task("", total=count), 0
 
-    console = Console(file=sys.stderr)
-    if not console.is_terminal:
-        yield lambda text: None
-        return
-    with console.status("") as display:
-        yield display.update
+        def begin(words: str) -> None:
+            nonlocal begun
+            display.update(task, description=words, completed=begun)
+            begun += 1
+
+        yield begin
 
 
 def note(text: str) -> None:

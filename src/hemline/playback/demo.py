@@ -24,6 +24,8 @@ from .record import record
 Say = Callable[[str], None]
 """Function that is called with each line for the user."""
 
+DEMO_STEPS = 12
+"""Number of lines that `demo` says."""
 SMALL_EPOCHS = 60
 """Number of training epochs in the demo that fits a model."""
 

@@ -57,8 +57,9 @@ def play_pose(model, pose):
 
 
 def error_lines(capsys):
-    """Returns the lines that a command printed on stderr."""
-    return capsys.readouterr().err.splitlines()
+    """Returns the lines that a command printed on stderr between those that say what it does, and what comes next."""
+    lines = capsys.readouterr().err.splitlines()
+    return [line for line in lines[1:] if not line.startswith("next: ")]
 
 
 # --- betas

@@ -106,7 +106,7 @@ def test_another_material_in_the_same_poses_is_fitted_and_played(made, tmp_path,
     shirt().save("shirt.safetensors")
     asked = ["drape", "shirt.safetensors", "--material", "denim", "--poses-of", str(folder), "--poses", "3"]
     assert main([*asked, "-o", "denim", "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)
+    rows = json.loads(capsys.readouterr().out)["poses"]
     assert len(rows) == 3 and all(len(row["takes"]) == 1 for row in rows)
     dataset = open_dataset("denim")
     assert dataset.garment.material.name == "denim"

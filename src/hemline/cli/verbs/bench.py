@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import tyro
 
+from hemline.cli.progress import bars
 from hemline.errors import BadInput
 
 from .evaluate import table
@@ -25,7 +26,7 @@ class BenchOptions:
     record: Path | None = None
     """Folder whose NAME.jsonl gets the result as an additional line. By default nothing is recorded."""
     json: bool = False
-    """Print one JSON object per benchmark instead of a table."""
+    """Print one JSON object instead of a table: the result of the benchmark, or with --all those of all by name."""
 
 
 def run(options: BenchOptions) -> int:
@@ -34,8 +35,8 @@ def run(options: BenchOptions) -> int:
     from hemline.files import check_folder
 
     if options.list:
-        for name, benchmark in BENCHMARKS.items():
-            print(f"{name:<18}{(benchmark.__doc__ or '').splitlines()[0]}")
+        texts = {name: (benchmark.__doc__ or "").splitlines()[0] for name, benchmark in BENCHMARKS.items()}
+        print(json.dumps(texts) if options.json else "\n".join(f"{name:<18}{text}" for name, text in texts.items()))
         return 0
     if options.record is not None:
         check_folder(options.record)
@@ -43,11 +44,18 @@ def run(options: BenchOptions) -> int:
     for name in names:
         if name not in BENCHMARKS:
             raise BadInput("no such benchmark", name, f"use one of {', '.join(BENCHMARKS)}")
-    for name in names:
-        row = run_benchmark(name)
-        print(json.dumps(row) if options.json else table(row))
-        if options.record is not None:
-            _record(options.record / f"{name}.jsonl", row)
+    rows = {}
+    with bars() as display:
+        task = display.add_task("benchmarks", total=len(names))
+        for name in names:
+            display.update(task, description=name, completed=len(rows))
+            rows[name] = run_benchmark(name)
+            if not options.json:
+                print(table(rows[name]), flush=True)
+            if options.record is not None:
+                _record(options.record / f"{name}.jsonl", rows[name])
+    if options.json:
+        print(json.dumps(rows if options.all else rows[names[0]]))
     return 0
 
 

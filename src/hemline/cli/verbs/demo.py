@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hemline.cli.progress import note, status
+from hemline.cli.progress import note, steps
 
 
 @dataclass(frozen=True)
@@ -23,15 +23,15 @@ class DemoOptions:
 
 def run(options: DemoOptions) -> int:
     """Plays the models and prints a summary; returns status 1 if a vertex was inside the body."""
-    from hemline.playback.demo import demo, demo_from_nothing
+    from hemline.playback.demo import DEMO_STEPS, demo, demo_from_nothing
     from hemline.web import write_demo_page
 
-    with status() as show:
-        # the demo from nothing takes minutes, so its steps stay on the screen
-        make, say = (demo_from_nothing, note) if options.from_nothing else (demo, show)
-        figures = make(options.out, say=say)
-        if not options.from_nothing:
-            show("writing a page that plays in a browser")
+    if options.from_nothing:
+        figures = demo_from_nothing(options.out, say=note)
+    else:
+        with steps(DEMO_STEPS + 1) as begin:
+            figures = demo(options.out, say=begin)
+            begin("writing a page that plays in a browser")
             write_demo_page(options.out, figures)
     print(json.dumps(figures) if options.json else summary(figures, options.out))
     return 0 if all(row["inside_percent"]["after"] == 0 for row in figures.values()) else 1

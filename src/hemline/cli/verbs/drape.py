@@ -64,7 +64,7 @@ class DrapeOptions:
     body: str = "anny24"
     """Body to use: anny24, or a file (.safetensors, a .glb or .vrm character, or SMPL .npz or .pkl)."""
     json: bool = False
-    """Print the drapes as a JSON list instead of a table."""
+    """Print one JSON object with the dataset and its shapes, poses or anchors instead of a table."""
 
 
 def run(options: DrapeOptions) -> int:
@@ -109,7 +109,7 @@ def run(options: DrapeOptions) -> int:
         for betas, rest in zip(shapes, rests, strict=True)
     ]
     if options.json:
-        print(json.dumps(rows))
+        print(json.dumps({"dataset": str(options.output), "shapes": rows}))
     else:
         for row in rows:
             shape = " ".join(f"{beta:.3g}" for beta in row["betas"]) or "0"
@@ -178,7 +178,7 @@ def _in_poses_of(options: DrapeOptions, folder: Path) -> int:
     settled = sum(rest is not None for rest in rests)
     if options.json:
         rows = [{"pose": number, "takes": list(rest.names) if rest else []} for number, rest in enumerate(rests)]
-        print(json.dumps(rows))
+        print(json.dumps({"dataset": str(options.output), "poses": rows}))
     else:
         print(f"{settled} of {len(rests)} poses, {garment.material.name}")
     if settled < len(rests):
@@ -221,7 +221,7 @@ def _anchors(options: DrapeOptions) -> int:
         sum(each is not None for each in takes) for takes in (database.anchors, database.beside, database.random)
     )
     if options.json:
-        print(json.dumps(rows))
+        print(json.dumps({"dataset": str(options.output), "anchors": rows}))
     else:
         poses = sum(row["poses"] for row in rows)
         print(f"{found} anchors on {len(database.shapes)} bodies, {beside} more on one, of {poses} poses")

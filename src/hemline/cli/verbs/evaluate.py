@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from hemline.cli.clip import Up, cut
+from hemline.cli.progress import bars
 
 
 @dataclass(frozen=True)
@@ -100,26 +101,29 @@ def run(options: EvaluateOptions) -> int:
     )
     novelties: list[float | None] = []
     rotations: list[Quaternions] = []
+    with bars() as display:
+        task = display.add_task("evaluate", total=round(part.seconds * options.fps) + 1)
 
-    def keep(frame: Frame) -> None:
-        novelties.append(frame.novelty)
-        rotations.append(frame.body.pose.rotations)
+        def keep(frame: Frame) -> None:
+            novelties.append(frame.novelty)
+            rotations.append(frame.body.pose.rotations)
+            display.advance(task)
 
-    evaluation = evaluate(
-        animator,
-        body,
-        part if truth is None else motion,
-        truth=truth,
-        drive=options.drive,
-        fps=options.fps,
-        untangle=options.untangle,
-        whole=options.whole,
-        detail=options.detail,
-        thickness_mm=options.thickness_mm,
-        start=0.0 if truth is None else options.start,
-        seconds=None if truth is None else options.seconds,
-        keep=keep,
-    )
+        evaluation = evaluate(
+            animator,
+            body,
+            part if truth is None else motion,
+            truth=truth,
+            drive=options.drive,
+            fps=options.fps,
+            untangle=options.untangle,
+            whole=options.whole,
+            detail=options.detail,
+            thickness_mm=options.thickness_mm,
+            start=0.0 if truth is None else options.start,
+            seconds=None if truth is None else options.seconds,
+            keep=keep,
+        )
     warn_new_poses(animator, novelties)
     if truth is None:
         note_untangled(part.resample(options.fps), rotations)

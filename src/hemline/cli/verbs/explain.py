@@ -1,5 +1,7 @@
 """`hemline explain FILE`."""
 
+import json
+import shlex
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -9,6 +11,7 @@ from typing import Annotated, Literal
 import tyro
 
 from hemline.cli.clip import Up
+from hemline.cli.guide import say_next
 from hemline.cli.progress import note
 from hemline.errors import BadInput
 
@@ -35,6 +38,8 @@ class ExplainOptions:
     up: Up | None = None
     """Axis that is up in the file of a clip, such as z, or -y as in a camera's coordinates (--up=-y).
     By default it is found from the body: up is where the head is."""
+    json: bool = False
+    """Print one JSON object with the kind of the file, the lines and the picture."""
 
 
 def run(options: ExplainOptions) -> int:
@@ -54,9 +59,14 @@ def run(options: ExplainOptions) -> int:
     kind = options.kind or _kind_of(file, options.file)
     if options.up is not None and kind != "clip":
         raise BadInput("--up is for clips", f"a {kind}", "leave it out, or write 'up' in a TOML of the garment")
-    for line in _EXPLAIN[kind](options, picture):
+    lines = _EXPLAIN[kind](options, picture)
+    if options.json:
+        print(json.dumps({"file": options.file, "kind": kind, "lines": list(lines), "picture": str(picture)}))
+        return 0
+    for line in lines:
         print(line, flush=True)
     note(f"picture: {picture}")
+    say_next(_NEXT[kind].format(shlex.quote(options.file)))
     return 0
 
 
@@ -130,4 +140,10 @@ def _explain_character(options: ExplainOptions, picture: Path) -> Iterable[str]:
 STILL = 1e-3
 """Largest change of a quaternion's component, and of the pelvis' place [m], in a clip in which nothing moves."""
 
+_NEXT = {
+    "clip": "hemline animate cape -m {} -o cape.glb",
+    "garment": "hemline make {} -o model.safetensors",
+    "character": "hemline body {} -o body.safetensors",
+}
+"""Command to try with a file of each kind."""
 _EXPLAIN = {"clip": _explain_clip, "garment": _explain_garment, "character": _explain_character}

@@ -1,5 +1,6 @@
 """`hemline generate KIND -o GARMENT`."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields, make_dataclass
 from pathlib import Path
@@ -30,6 +31,8 @@ class GenerateOptions:
     """Shape coefficients of the body, about -3 to 3 each. Missing coefficients are 0, which is the mean shape."""
     body: str = "anny24"
     """Body to use: anny24, or a file (.safetensors, a .glb or .vrm character, or SMPL .npz or .pkl)."""
+    json: bool = False
+    """Print one JSON object with the file, and the numbers of vertices and triangles."""
 
 
 def schema(words: Sequence[str]) -> type:
@@ -71,6 +74,10 @@ def run(options: Any) -> int:
     if options.picture:
         body, cloth = (shaped.vertices, shaped.body.faces, "body"), (garment.vertices, garment.faces, "cloth")
         pictures.draw(options.picture, [body, cloth], ["front", "side", "back"])
+    if options.json:
+        counts = {"vertices": len(garment.vertices), "triangles": len(garment.faces)}
+        print(json.dumps({"file": str(options.output), **counts}))
+        return 0
     print(options.output)
     return 0
 

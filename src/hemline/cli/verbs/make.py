@@ -51,14 +51,12 @@ class MakeOptions:
 
 def run(options: MakeOptions) -> int:
     """Makes the model; returns status 1 if the best method does not play the garment well."""
-    from hemline.make import MakeSettings, make_model, next_commands
+    from hemline.make import MakeSettings, make_model
 
     check_paths((options.output, ".safetensors"))
     if options.jobs < 1:
         raise BadInput("--jobs must be at least 1", options.jobs, "leave it out for 2")
     settings = MakeSettings(minutes=options.minutes, ms=options.ms, animator=options.animator or "", seed=options.seed)
-    note(f"Making a model of {options.garment} in {options.minutes:g} minutes with {options.jobs} processes:")
-    note("try it on, simulate two seconds, choose data, fit, compare methods on a clip, write a report.")
     with stages() as progress:
         outcome = make_model(
             options.garment,
@@ -102,5 +100,4 @@ def run(options: MakeOptions) -> int:
     print(f"chosen: {outcome.chosen.method}, {outcome.model}; report: {outcome.report}")
     for fault in outcome.faults:
         note(f"warning: {fault}")
-    note("next: " + next_commands(outcome.model)[0])
     return 1 if outcome.faults else 0

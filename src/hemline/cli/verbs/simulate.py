@@ -64,7 +64,7 @@ class SimulateOptions:
     explain: bool = False
     """Report what was guessed about the garment and the clips, and why."""
     json: bool = False
-    """Print the takes as a JSON list instead of a table."""
+    """Print one JSON object with the dataset and its takes instead of a table."""
     wind: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
     """Wind velocity along x, y (up) and z [m/s]. With --gusts it is the mean."""
     gusts: float = 0.0
@@ -139,7 +139,7 @@ def run(options: SimulateOptions) -> int:
         for i, row in enumerate(rows)
     ]
     if options.json:
-        print(json.dumps(takes))
+        print(json.dumps({"dataset": str(options.output), "takes": takes}))
     else:
         for take in takes:
             state = (

@@ -1,5 +1,6 @@
 """`hemline tryon GARMENT -o GARMENT.safetensors`."""
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -32,13 +33,13 @@ class TryonOptions:
     With --no-scaled its size is kept."""
     seconds: float = 80.0
     """Processor time after which the search is given up [s]."""
+    json: bool = False
+    """Print one JSON object with the file, the figures of the fit and the warnings."""
 
 
 def run(options: TryonOptions) -> int:
     """Tries the garment on; if it cannot be worn, returns status 1 and writes nothing."""
     check_paths((options.output, ".safetensors"), (options.picture, ".png"))
-    if options.garment.exists():  # said before the imports, which take a second
-        note(f"trying on {options.garment}")
     from hemline import bodies, garments, pictures
     from hemline.errors import SimulationFailed
     from hemline.tryon import try_on
@@ -67,5 +68,9 @@ def run(options: TryonOptions) -> int:
     if options.picture is not None:
         drawn = [(shaped.vertices, shaped.body.faces, "body"), (vertices, tried.garment.faces, "cloth")]
         pictures.write_png(options.picture, pictures.picture_of(drawn, size=(480, 640)))
+    if options.json:
+        warnings, figures = list(tried.fitness.warnings), {key: float(v) for key, v in tried.fitness.figures.items()}
+        print(json.dumps({"file": str(options.output), "figures": figures, "warnings": warnings}))
+        return 0
     print("worn: " + "  ".join(f"{key} {value:.3g}" for key, value in tried.fitness.figures.items()))
     return 0
