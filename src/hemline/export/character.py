@@ -1,11 +1,11 @@
 """A dressed character at rest, whose garment an engine swings itself: meshes on bones, spring chains, colliders."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from hemline.arrays import AnyFaces, AnyVertices, Float, Int, Joints, Points
+from hemline.arrays import AnyFaces, AnyVertices, Float, Int, Joints
+from hemline.springs import CapsuleColliders, SpringChains
 
 
 @dataclass(frozen=True)
@@ -32,51 +32,6 @@ class BoundMesh:
 
 
 @dataclass(frozen=True)
-class SpringChains:
-    """Chains of bones that swing, each from root to tip, with the constants of VRM.
-
-    Attributes:
-        bones: Positions of the bones at rest [m].
-        offsets: First bone of each chain, followed by the number of all bones.
-        joints: The joint of the body that carries each chain.
-        stiffness: Pull of each bone towards its direction at rest [m/s per frame].
-        gravity: Downward pull of each bone [m/s per frame].
-        drag: Fraction of its velocity that each bone loses per frame [1].
-        radii: Distance of each bone from colliders [m].
-    """
-
-    bones: Points
-    offsets: Int[np.ndarray, " chains_and_one"]
-    joints: Int[np.ndarray, " chains"]
-    stiffness: Float[np.ndarray, " points"]
-    gravity: Float[np.ndarray, " points"]
-    drag: Float[np.ndarray, " points"]
-    radii: Float[np.ndarray, " points"]
-
-    @property
-    def spans(self) -> list[range]:
-        """The bones of each chain."""
-        return [range(first, last) for first, last in pairwise(self.offsets.tolist())]
-
-
-@dataclass(frozen=True)
-class CapsuleColliders:
-    """Capsules that joints carry, at rest in the world.
-
-    Attributes:
-        joints: The joint that carries each capsule.
-        starts: One end of each axis [m].
-        ends: Other end of each axis [m].
-        radii: Radius of each capsule [m].
-    """
-
-    joints: Int[np.ndarray, " capsules"]
-    starts: Float[np.ndarray, "capsules 3"]
-    ends: Float[np.ndarray, "capsules 3"]
-    radii: Float[np.ndarray, " capsules"]
-
-
-@dataclass(frozen=True)
 class DressedCharacter:
     """A body in a garment, in the T-pose, facing +z, soles at height 0.
 
@@ -99,3 +54,15 @@ class DressedCharacter:
     chains: SpringChains
     capsules: CapsuleColliders
     notices: tuple[str, ...]
+
+
+def bone_names(character: DressedCharacter) -> list[str]:
+    """Returns the names of the joints, then of the bones of the chains."""
+    return [
+        *character.joint_names,
+        *(
+            f"{character.name} {number:02d} {bone:02d}"
+            for number, span in enumerate(character.chains.spans)
+            for bone in range(len(span))
+        ),
+    ]

@@ -4,49 +4,55 @@ import numpy as np
 
 from hemline.animators import Animator, Wearable
 from hemline.animators.ropes import AnimatorRopes
+from hemline.animators.ropes.springs import chain_weights, spring_chains, t_pose
 from hemline.animators.terms import terms_of
 from hemline.arrays import AnyFaces, AnyVertices, Float, Int, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.errors import BadInput
 from hemline.export import BoundMesh, DressedCharacter
-from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
+from hemline.motions.motion import JOINT_NAMES
 from hemline.motions.terms import as_stated
+from hemline.playback.draw_in import draw_in
 from hemline.playback.player.player import Player
-
-from .springs import capsules_of, chain_weights, spring_chains
 
 CLOTH, SKIN = (0.72, 0.23, 0.17), (0.70, 0.68, 0.66)
 _SETTLING_SECONDS = 4.0
 """Time in which the garment settles in the T-pose [s]."""
-_INFLUENCES = 4
+INFLUENCES = 4
+"""Largest number of bones that move a vertex."""
 Weights = tuple[Int[np.ndarray, "_verts 4"], Float[np.ndarray, "_verts 4"]]
 """Bones of each vertex, and their weights."""
 
 
-def character(animator: Animator | Wearable, body: ShapedBody) -> DressedCharacter:
+def character(animator: Animator | Wearable, body: ShapedBody, *, influences: int = INFLUENCES) -> DressedCharacter:
     """Returns a body in the T-pose with its garment settled, and the chains of the model as spring bones.
 
     Args:
         animator: A model of rope chains.
-        body: A body of the kind of the fit, of any shape.
+        body: A body of the kind of the fit, of any shape. Its skin below the garment is drawn in (`draw_in`).
+        influences: Largest number of bones that move a vertex, 1 to 4; phones often allow 2.
 
     Raises:
-        BadInput: The model has no chains; or see `Player.prepare`.
+        BadInput: The model has no chains, the number of influences is another; or see `Player.prepare`.
     """
+    if influences not in range(1, INFLUENCES + 1):
+        what = "a vertex of a character follows one to four bones"
+        raise BadInput(what, f"influences = {influences}", "give a number from 1 to 4")
     if not isinstance(animator, AnimatorRopes):
         cure = "name one of kind 'ropes', such as cape or skirt"
         raise BadInput("spring bones are made of rope chains", f"a model of kind '{animator.name}'", cure)
-    posed = _t_pose(body)
+    posed = t_pose(body)
     vertices = _settle(animator, posed)
-    ropes, capsules = animator.ropes, capsules_of(posed)
-    chains, capsules = spring_chains(ropes, ropes.positions_on(vertices), capsules)
+    ropes = animator.ropes
+    chains, capsules = spring_chains(ropes, ropes.positions_on(vertices), posed, animator.springs)
     garment = animator.garment
     carried = posed.transforms[np.repeat(chains.joints, np.diff(chains.offsets))]
     transforms, places = np.concatenate([posed.transforms, carried]), np.concatenate([posed.joints, chains.bones])
-    cloth_weights = chain_weights(ropes, garment.vertices)
-    skin = _largest_weights(body.body.weight_indices, body.body.weights)
+    cloth_weights = _largest_weights(*chain_weights(ropes, garment.vertices), influences)
+    skin = _largest_weights(body.body.weight_indices, body.body.weights, influences)
+    flesh_vertices = draw_in(posed, vertices, garment.faces)
     cloth = _bind_mesh(garment.name, vertices, garment.faces, CLOTH, cloth_weights, transforms, places)
-    flesh = _bind_mesh("body", posed.vertices, posed.faces, SKIN, skin, np.asarray(posed.transforms), posed.joints)
+    flesh = _bind_mesh("body", flesh_vertices, posed.faces, SKIN, skin, np.asarray(posed.transforms), posed.joints)
     licence = body.body.licence
     notices = as_stated((licence, *terms_of(animator)))
     return DressedCharacter(
@@ -61,23 +67,17 @@ def character(animator: Animator | Wearable, body: ShapedBody) -> DressedCharact
     )
 
 
-def _t_pose(body: ShapedBody) -> PosedBody:
-    still = np.zeros((JOINT_COUNT, 4), np.float32)
-    still[:, 0] = 1.0
-    floor = body.posed(Pose(still, np.zeros(3, np.float32))).vertices[:, 1].min()
-    return body.posed(Pose(still, np.array([0.0, -floor, 0.0], np.float32)))
-
-
 def _settle(animator: Animator, posed: PosedBody) -> Vertices:
     player = Player.prepare(animator, posed.shaped)
     _, frame = player.step(player.start(posed.pose, pre_roll=_SETTLING_SECONDS), posed.pose, 1 / 30)
     return frame.vertices
 
 
-def _largest_weights(bones: np.ndarray, weights: np.ndarray) -> Weights:
-    """Returns the four largest weights of each vertex, normalised, and their bones."""
-    order = np.argsort(-weights, axis=1, kind="stable")[:, :_INFLUENCES]
+def _largest_weights(bones: np.ndarray, weights: np.ndarray, count: int) -> Weights:
+    """Returns the largest weights of each vertex, normalised, and their bones; weights past `count` are 0."""
+    order = np.argsort(-weights, axis=1, kind="stable")[:, :INFLUENCES]
     bones, weights = (np.take_along_axis(each, order, axis=1) for each in (bones, weights))
+    weights = np.where(np.arange(INFLUENCES) < count, weights, 0)
     return bones, weights / weights.sum(axis=1, keepdims=True)
 
 

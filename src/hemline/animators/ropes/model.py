@@ -16,6 +16,7 @@ from hemline.animators.ropes.bones.bones import bones_of_mesh, rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.animators.ropes.bones.reading import read_ropes
+from hemline.animators.ropes.springs import DEFAULT_CONSTANTS
 from hemline.arrays import Nodes, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.errors import BadModel
@@ -25,6 +26,7 @@ from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import PackedBasis
 from hemline.motions.motion import JOINT_NAMES
 from hemline.options import options_of
+from hemline.springs import SpringConstants
 
 from .animator_state import AnimatorRopesState
 from .config import RopesConfig
@@ -63,6 +65,8 @@ class AnimatorRopes:
     config: RopesConfig
     learned: LearnedBones | None = None
     """A second source of bones, which plays wherever it is within the range of its training."""
+    springs: SpringConstants = DEFAULT_CONSTANTS
+    """Constants of spring bones, with which engines swing the chains without hemline."""
     figures: Mapping[str, float] = field(default_factory=dict)
     licences: tuple[str, ...] = ()
 
@@ -190,7 +194,7 @@ class AnimatorRopes:
 
     def _bones_metadata(self) -> dict[str, Any]:
         learned = {} if self.learned is None else {"learned": self.learned.metadata()}
-        return {"version": VERSION, "bones": self.bones} | learned
+        return {"version": VERSION, "bones": self.bones, "springs": self.springs.metadata()} | learned
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
@@ -234,6 +238,7 @@ class AnimatorRopes:
             body_hash=entry(body, "hash", str),
             config=options_of(RopesConfig, entry(metadata, "config", dict), error=BadModel),
             learned=learned,
+            springs=_read_springs(ropes_metadata),
             figures=figures,
             licences=tuple(str(text) for text in entry(metadata, "licences", list)),
         )
@@ -268,6 +273,11 @@ def _read_learned(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any],
         return None
     rows = 3 * (ropes.node_count - len(ropes.kinematic))
     return LearnedBones.of(part(arrays, "learned"), entry(metadata, "learned", dict), rows=rows)
+
+
+def _read_springs(metadata: Mapping[str, Any]) -> SpringConstants:
+    """Returns the constants of spring bones; files of earlier versions have none."""
+    return SpringConstants.of(entry(metadata, "springs", dict)) if "springs" in metadata else DEFAULT_CONSTANTS
 
 
 def _trim_zeros(betas: np.ndarray) -> np.ndarray:

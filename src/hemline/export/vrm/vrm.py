@@ -4,15 +4,16 @@ from pathlib import Path
 
 import numpy as np
 
+from hemline.arrays import Float
 from hemline.errors import BadOutput
-from hemline.export.character import BoundMesh, DressedCharacter
+from hemline.export.character import BoundMesh, DressedCharacter, bone_names
 from hemline.export.glb.glb_buffer import Buffer
 from hemline.export.glb.glb_document import asset, material, pack_glb
 from hemline.export.shading import unit_normals
 from hemline.files import atomic_write, check_writable
 
 from .vrm_humanoid import humanoid, meta
-from .vrm_springs import springs
+from .vrm_springs import LIMIT, is_limited, springs
 
 VRM_ENDING = ".vrm"
 
@@ -55,7 +56,7 @@ def vrm_bytes(character: DressedCharacter) -> bytes:
     nodes, first = _bone_nodes(character)
     document = {
         "asset": asset(character.notices),
-        "extensionsUsed": ["VRMC_vrm", "VRMC_springBone"],
+        "extensionsUsed": ["VRMC_vrm", "VRMC_springBone", *([LIMIT] if is_limited(character.chains) else [])],
         "extensions": {
             "VRMC_vrm": {
                 "specVersion": "1.0",
@@ -71,33 +72,52 @@ def vrm_bytes(character: DressedCharacter) -> bytes:
         "materials": [],
         "skins": [],
     }
-    bone_count = len(nodes) - first
+    axes = _axes(character)
     for mesh in character.meshes:
-        _add_mesh(document, buffer, mesh, list(range(first, first + bone_count)))
+        _add_mesh(document, buffer, mesh, axes, first)
     return pack_glb(document | buffer.entries(), buffer.content())
 
 
+def _axes(character: DressedCharacter) -> Float[np.ndarray, "bones 3 3"]:
+    """Returns the axes of each bone at rest, as columns: those of the world for joints, of its chain for the others."""
+    chains = character.chains
+    joints = np.tile(np.eye(3), (len(character.joints), 1, 1))
+    return np.concatenate([joints, np.repeat(chains.frames, np.diff(chains.offsets), axis=0)])
+
+
 def _bone_nodes(character: DressedCharacter) -> tuple[list[dict], int]:
-    """Returns the nodes (one on the floor, the joints, the chains, all unrotated) and the number of the first joint."""
+    """Returns the nodes (one on the floor, the joints, the chains) and the number of the first joint.
+
+    Joints are not rotated. The axis y of the bones of a chain points down and z outwards, since the limits of
+    `VRMC_springBone_limit` are unstable for bones that point along their own -y.
+    """
+    from scipy.spatial.transform import Rotation
+
     chains, joint_count = character.chains, len(character.joints)
     places = np.concatenate([character.joints, chains.bones]).astype(np.float64)
     parents = np.concatenate([character.parents, np.arange(len(chains.bones)) + joint_count - 1])
-    names = [*character.joint_names]
-    for number, (bones, joint) in enumerate(zip(chains.spans, chains.joints.tolist(), strict=True)):
-        parents[joint_count + bones.start] = joint
-        names += [f"{character.name} {number:02d} {bone:02d}" for bone in range(len(bones))]
+    parents[joint_count + chains.offsets[:-1]] = chains.joints
+    axes = _axes(character)
     at = places - np.where(parents[:, None] >= 0, places[parents], 0)
+    swinging = parents >= joint_count
+    at[swinging] = np.einsum("bji,bj->bi", axes[swinging], at[swinging])
     nodes: list[dict] = [{"name": f"{character.name} character", "children": []}]
-    for name, place, parent in zip(names, at.tolist(), parents.tolist(), strict=True):
+    for name, place, parent in zip(bone_names(character), at.tolist(), parents.tolist(), strict=True):
         nodes[parent + 1].setdefault("children", []).append(len(nodes))
         nodes.append({"name": name, "translation": place})
+    turns = Rotation.from_matrix(chains.frames).as_quat().tolist()
+    for root, turn in zip((chains.offsets[:-1] + joint_count + 1).tolist(), turns, strict=True):
+        nodes[root]["rotation"] = turn
     return nodes, 1
 
 
-def _add_mesh(document: dict, buffer: Buffer, mesh: BoundMesh, joints: list[int]) -> None:
-    joints = joints[: len(mesh.binds)]
-    binds = np.tile(np.eye(4), (len(joints), 1, 1))
-    binds[:, :3] = mesh.binds
+def _add_mesh(
+    document: dict, buffer: Buffer, mesh: BoundMesh, axes: Float[np.ndarray, "bones 3 3"], first: int
+) -> None:
+    count = len(mesh.binds)
+    joints = list(range(first, first + count))
+    binds = np.tile(np.eye(4), (count, 1, 1))
+    binds[:, :3] = np.swapaxes(axes[:count], 1, 2) @ mesh.binds
     columns = np.swapaxes(binds, 1, 2).reshape(-1, 16).astype(np.float32)
     document["skins"].append({"inverseBindMatrices": buffer.add(columns, "MAT4"), "joints": joints})
     vertices = np.asarray(mesh.vertices, np.float32)

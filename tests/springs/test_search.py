@@ -1,0 +1,58 @@
+"""The search for constants: it finds its way back to a motion that spring bones made."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hemline.springs import SKIN_EVERY, SpringConstants, SpringJudge, Target, search, swing, tune
+from tests.springs.spring_samples import kicking, leg, pairs, ring
+
+TRUE = SpringConstants(
+    stiffness=(6.0, 0.1), gravity=1.5, drag=(0.3, 0.6), radius=0.02, inward=3.0, sideways=3.0, leg_radius=0.2
+)
+FAR = replace(TRUE, stiffness=(0.5, 2.0), gravity=0.3, drag=(0.8, 0.1), leg_radius=0.06)
+
+
+@pytest.fixture(scope="module")
+def target():
+    chains, capsules = replace(TRUE, inward=np.pi, sideways=np.pi).apply(ring(), leg(), [1])
+    skeleton = kicking(241)
+    moved, _ = swing(chains, capsules, skeleton)
+    bones = moved[120::2]
+    middle = skeleton.joints[120::2, 1][::SKIN_EVERY]
+    turns = skeleton.turns[120::2, 1][::SKIN_EVERY]
+    around = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    normals = np.stack([np.cos(around), 0 * around, np.sin(around)], axis=1)
+    points = 0.05 * normals - [0, 0.2, 0]
+    skin = np.concatenate(
+        [np.einsum("fij,pj->fpi", turns, points) + middle[:, None], np.einsum("fij,pj->fpi", turns, normals)], axis=2
+    )
+    return Target(skeleton, bones, skin)
+
+
+def test_a_motion_is_judged_as_itself_and_another_as_far(target):
+    judge = SpringJudge(ring(), leg(), [1], [target], pairs())
+    assert judge(replace(TRUE, inward=np.pi, sideways=np.pi))[0] < 1e-9
+    assert judge(FAR)[0] > 10
+
+
+def test_skin_that_is_put_in_front_of_the_cloth_is_counted(target):
+    judge = SpringJudge(ring(), leg(), [1], [target], pairs())
+    exact = replace(TRUE, inward=np.pi, sideways=np.pi)
+    assert judge(exact)[1] == 0
+    judge.targets = [target._replace(skin=target.skin + [0, 0, 0.3, 0, 0, 0])]
+    assert judge(exact)[1] > 20
+
+
+def test_the_search_finds_the_motion_again(target, monkeypatch):
+    monkeypatch.setattr(search, "ROUNDS", 120)
+    monkeypatch.setattr(search, "LIMIT_ROUNDS", 6)
+    seen = []
+    judge = SpringJudge(ring(), leg(), [1], [target], pairs())
+    found, figures = tune(ring(), leg(), [1], [target], pairs(), FAR, lambda done, count: seen.append((done, count)))
+    before = judge(replace(FAR, inward=np.pi, sideways=np.pi))
+    after = judge(replace(found, inward=np.pi, sideways=np.pi))
+    assert after[0] < before[0] / 3
+    assert figures["springs_error_mm"] == pytest.approx(after[0])
+    assert seen[-1][0] <= seen[-1][1] == 126
