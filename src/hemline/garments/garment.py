@@ -17,6 +17,7 @@ from .dressing import dress_vertices
 from .material import Material
 from .pieces import Piece, face_pieces, separate_pieces
 from .pins import Pins
+from .thumbnail import figure_html, thumbnail
 from .validation import check_chains, check_pieces, validate_mesh, validate_pins
 
 if TYPE_CHECKING:
@@ -99,6 +100,17 @@ class Garment:
     def densities(self) -> Float[np.ndarray, " faces"]:
         """Area density of each face [kg/m^2]."""
         return np.array([piece.material.density for piece in self.layers])[self.face_pieces]
+
+    @property
+    def facts(self) -> str:
+        """Name, numbers of vertices and triangles, materials and size in one line."""
+        size = " x ".join(f"{each:.2f}" for each in np.ptp(self.vertices, axis=0))
+        materials = ", ".join(dict.fromkeys(piece.material.name for piece in self.layers))
+        return f"{self.name}: {len(self.vertices)} vertices, {len(self.faces)} triangles, {materials}, {size} m"
+
+    def _repr_html_(self) -> str:
+        """Shows the garment in a notebook: a picture from the front, and a line of facts."""
+        return figure_html(thumbnail(self.vertices, self.faces), self.facts)
 
     def in_material(self, material: Material) -> "Garment":
         """Returns this garment made of another material.

@@ -46,6 +46,7 @@ from .layers import (
     rest_function,
     settled_vertices,
 )
+from .notebook import frame_html
 from .origin import WORLD_ORIGIN, Origin, in_world, origin_for, relative_to
 from .player_state import PlayerState
 from .run_up import run_up
@@ -329,6 +330,13 @@ class Player:
         began = time.perf_counter()
         self.step(self.start(pose, pre_roll=1 / 30), pose, 1 / 30)
         return time.perf_counter() - began
+
+    def _repr_html_(self) -> str:
+        """Shows the garment on its body at rest in a notebook, and a line of facts."""
+        pose = self.body.rest_pose
+        _, frame = self.step(self.start(pose), pose, 1 / 30)
+        caption = f"{self.garment.facts}; played by {self.animator.name} on {self.body.body.name}"
+        return frame_html(frame, self.garment.faces, caption)
 
     @cached_property
     def _novelty_source(self) -> Bounded | None:
