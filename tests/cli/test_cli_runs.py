@@ -12,6 +12,7 @@ from hemline.cli import main
 from hemline.cli.output import Output
 from hemline.datasets import open_dataset
 from hemline.export import Clip
+from hemline.springs import search
 
 
 @pytest.fixture
@@ -157,7 +158,16 @@ def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
     ]
     assert main(["fit", "data", "--animator", "ropes", "-o", "napkin_model.safetensors", *options]) == 0
     assert main(["animate", "napkin_model.safetensors", "-m", "run", "-o", "run.glb"]) == 0
+    monkeypatch.setattr(search, "ROUNDS", 12)
+    monkeypatch.setattr(search, "LIMIT_ROUNDS", 4)
+    assert main(["character", "napkin_model.safetensors", "-o", "stored.vrm"]) == 0
+    assert main(["character", "napkin_model.safetensors", "--takes", "data", "-o", "tuned.vrm"]) == 0
+    stored, tuned = (Path(name).read_bytes() for name in ("stored.vrm", "tuned.vrm"))
+    assert stored != tuned
     capsys.readouterr()
+    assert main(["character", "cape", "--takes", "data", "-o", "other.vrm"]) == 2
+    assert "has takes of another garment; got napkin" in capsys.readouterr().err
+    assert not Path("other.vrm").exists()
     clip = takes[0]["clip"]
     assert (
         main(["evaluate", "napkin_model.safetensors", "-m", clip, "--truth", "data", "--drive", "truth", "--json"]) == 0

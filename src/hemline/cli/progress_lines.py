@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 FIRST_S, BETWEEN_S = 5.0, 20.0
 """Time of the first line of a log, and between two lines [s]."""
+LEAST_PERCENT = 3
+"""Least part of the work by which the rest is estimated [%]: the first steps also load and compile."""
 
 
 @dataclass
@@ -71,7 +73,8 @@ class LogLines(ProgressLines):
         self._next = now + BETWEEN_S
         assert task.total is not None
         left = (now - task.began) * (task.total - task.done) / task.done
-        _say(f"{task.stage}: {task.percent} %, {time_left(left)} left")
+        known = f", {time_left(left)} left" if task.percent >= LEAST_PERCENT else ""
+        _say(f"{task.stage}: {task.percent} %{known}")
 
 
 def time_left(seconds: float) -> str:
