@@ -15,7 +15,7 @@ ifneq ($(wildcard $(NEWTON)),)
 export HEMLINE_NEWTON_PYTHON ?= $(abspath $(NEWTON))
 endif
 
-.PHONY: demo demo-from-nothing test test-all test-pythons check site bench kernels judges judges-install blender-extension clean
+.PHONY: demo demo-from-nothing test test-all test-pythons test-dist check site bench kernels dist judges judges-install blender-extension clean
 
 $(VENV)/.base: pyproject.toml constraints.txt kernels/pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -50,7 +50,7 @@ test: $(VENV)/.dev
 test-all: $(VENV)/.dev
 	$(BIN)/python -m pytest
 
-# the tests with each installed Python from 3.11 to 3.13, and once with the lowest versions that pyproject.toml allows, each
+# the tests with each installed Python from 3.11 to 3.14, and once with the lowest versions that pyproject.toml allows, each
 # in its own environment without PyTorch, whose tests are reported as skipped; HEMLINE_TORCH=1 includes it
 test-pythons:
 	$(PYTHON) tools/pythons.py
@@ -68,10 +68,22 @@ site: $(VENV)/.docs
 bench: $(VENV)/.base
 	$(BIN)/hemline bench --all --record benchmarks/results
 
-# compiles all kernels in advance, for each installed Python from 3.11 to 3.13, into kernels/hemline_kernels; run it after
+# compiles all kernels in advance, for each installed Python from 3.11 to 3.14, into kernels/hemline_kernels; run it after
 # a kernel has changed
 kernels:
 	$(PYTHON) tools/kernels.py
+
+# wheels and source archives of hemline and hemline-kernels, in dist
+dist: $(VENV)/.base
+	$(INSTALL) hatchling
+	rm -rf dist
+	$(BIN)/python -m hatchling build -d $(abspath dist)
+	cd kernels && $(abspath $(BIN))/python -m hatchling build -d $(abspath dist)
+
+# installs what is in dist into an environment of its own, and plays the demo there
+test-dist: $(VENV)/.base
+	$(INSTALL) pytest
+	HEMLINE_DIST=$(abspath dist) $(BIN)/python -m pytest tests/promises/test_distribution.py
 
 # Blender's cloth (800 MB, needs Python 3.11) and Newton, each in an environment of its own
 judges-install: $(BLENDER) $(NEWTON)

@@ -18,7 +18,8 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PYTHONS = ("3.11", "3.12", "3.13")
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
+"""Versions of Python that `pyproject.toml` names."""
 LOWEST = "lowest"
 EXTRAS = ["cluster", "usd", "view"]
 TORCH = os.environ.get("HEMLINE_TORCH") == "1"
@@ -35,9 +36,10 @@ def project() -> dict:
 
 
 def find_python(version: str) -> str | None:
-    """Finds a Python of a version on the path or in pyenv."""
+    """Finds a Python of a version on the path, in pyenv, or this one."""
     pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
-    places = [shutil.which(f"python{version}"), *map(str, sorted(pyenv.glob(f"{version}.*/bin/python"), reverse=True))]
+    installed = map(str, sorted(pyenv.glob(f"{version}.*/bin/python"), reverse=True))
+    places = [shutil.which(f"python{version}"), *installed, sys.executable]
     for place in filter(None, places):
         command = [place, "-c", "import sys; print('%d.%d' % sys.version_info[:2], sys.executable)"]
         # pyenv has shims for versions that are not installed
@@ -64,7 +66,8 @@ def lowest_pins(extras: list[str]) -> list[str]:
 def environment(name: str, python: str, extras: list[str]) -> Path:
     """Returns a Python with the package, some extras and the test tools; remakes it if pyproject.toml changed."""
     folder = ROOT / f".venv-{name}"
-    inside, stamp = folder / "bin" / "python", folder / ".made"
+    programs = "Scripts" if os.name == "nt" else "bin"
+    inside, stamp = folder / programs / "python", folder / ".made"
     sources = [ROOT / "pyproject.toml", ROOT / "constraints.txt"]
     content = "\n".join([python, *extras, *(source.read_text() for source in sources)])
     if stamp.is_file() and stamp.read_text() == content:

@@ -28,7 +28,9 @@ def run(*command: object, cwd: Path, **variables: str) -> str:
 
 @pytest.fixture(scope="module")
 def dist(tmp_path_factory) -> Path:
-    """Wheels and source archives of the package and of its kernels."""
+    """Wheels and source archives of the package and of its kernels: those in `HEMLINE_DIST`, or new ones."""
+    if made := os.environ.get("HEMLINE_DIST"):
+        return Path(made)
     folder = tmp_path_factory.mktemp("dist")
     builder = folder / "builder"
     run(sys.executable, "-m", "venv", builder, cwd=folder)

@@ -54,19 +54,26 @@ class Target(NamedTuple):
 
     def runs_here(self) -> bool:
         """Tells whether this machine can run kernels for the target."""
-        if binding.get_process_triple() != self.triple:
+        # the triple of macOS ends in a version
+        if not binding.get_process_triple().startswith(self.triple):
             return False
         here = binding.get_host_cpu_features()
-        return all(here.get(name[1:], False) for name in self.features.split(",") if name != "+64bit")
+        return all(here.get(name[1:], False) for name in self.features.split(",") if name not in ("", "+64bit"))
 
 
-TARGET = Target(
-    "x86_64-unknown-linux-gnu",
-    "x86-64-v3",
+_X86_64_V3 = (
     "+64bit,+avx,+avx2,+bmi,+bmi2,+cmov,+crc32,+cx16,+cx8,+f16c,+fma,+fxsr,+lzcnt,+mmx,+movbe,+popcnt,+sahf,+sse,"
-    "+sse2,+sse3,+sse4.1,+sse4.2,+ssse3,+xsave",
+    "+sse2,+sse3,+sse4.1,+sse4.2,+ssse3,+xsave"
 )
-"""Linux on x86-64 processors since about 2015 (level 3 of the x86-64 psABI)."""
+"""Instructions of x86-64 processors since about 2015 (level 3 of the x86-64 psABI)."""
+_TARGETS = {
+    ("linux", "x86_64"): Target("x86_64-unknown-linux-gnu", "x86-64-v3", _X86_64_V3),
+    ("win32", "amd64"): Target("x86_64-pc-windows-msvc", "x86-64-v3", _X86_64_V3),
+    ("darwin", "arm64"): Target("arm64-apple-darwin", "apple-m1", ""),
+}
+"""What packs are made for, by system and machine; every Apple silicon runs what is compiled for the first of them."""
+TARGET = _TARGETS.get((sys.platform, platform.machine().lower()), _TARGETS["linux", "x86_64"])
+"""The target of this system; on a system without one, that of Linux, which does not run there."""
 
 
 def aim_numba() -> None:
