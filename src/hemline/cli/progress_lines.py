@@ -11,7 +11,7 @@ LEAST_PERCENT = 3
 
 
 @dataclass
-class _Task:
+class _Progress:
     """A stage of the work."""
 
     stage: str
@@ -27,11 +27,11 @@ class ProgressLines:
     """Progress display that prints lines `progress: STAGE DONE/TOTAL`, at most one per percent."""
 
     def __init__(self) -> None:
-        self._tasks: list[_Task] = []
+        self._tasks: list[_Progress] = []
 
     def add_task(self, description: str, total: int | None = None, visible: bool = True) -> int:
         """Adds a task and returns its number."""
-        self._tasks.append(_Task(description, total))
+        self._tasks.append(_Progress(description, total))
         return len(self._tasks) - 1
 
     def advance(self, task: int) -> None:
@@ -55,7 +55,7 @@ class ProgressLines:
             if percent != before:
                 self._print(each)
 
-    def _print(self, task: _Task) -> None:
+    def _print(self, task: _Progress) -> None:
         _say(f"progress: {task.stage} {task.done}/{task.total}")
 
 
@@ -66,7 +66,7 @@ class LogLines(ProgressLines):
         super().__init__()
         self._next = time.monotonic() + FIRST_S
 
-    def _print(self, task: _Task) -> None:
+    def _print(self, task: _Progress) -> None:
         now = time.monotonic()
         if now < self._next or not task.done or task.done == task.total:
             return

@@ -36,14 +36,14 @@ RUN_IN = 1.0
 SHAPES = {"mean": (), "tall": (1.5, -1.0), "small": (-1.0, 1.0)}
 """Betas of the bodies on which the T-shirt is shown."""
 
-SHIRT_SECONDS = 3.0
+SHIRT_SECONDS = 2.0
 """Length of the dance for the T-shirt [s]."""
 
 SPACING = 1.2
 """Distance between the bodies in the picture [m]."""
 
-DRESS, DRESS_SECONDS = "dress:7@35", 2.0
-"""Generated garment that is played without a fit, and for how long [s]."""
+DRESS, DRESS_SECONDS = "dress-light", 2.0
+"""Garment that is played without a fit, and for how long [s]."""
 
 PICTURE_SIZE = (960, 480)
 """Width and height of the picture [pixels]."""

@@ -20,7 +20,7 @@ from hemline.playback.player.layers import THICKNESS_MM
 from hemline.playback.player.player import Player
 
 from .detail import level_of
-from .play import play
+from .play import play_on
 from .tally import Tally
 
 
@@ -115,10 +115,12 @@ def evaluate(
     fps = fps if takes is None else takes[0].motion.fps
     level = level_of(animator, detail)
     options = {"guarantee": guarantee, "whole": whole, "detail": detail, "thickness_mm": thickness_mm}
-    compile_s = Player.prepare(animator, body, **options).warm_up(motion[0])
+    player = Player.prepare(animator, body, placed=True, **options)
+    placed = body.placed(motion) if takes is None else takes[0].motion
+    compile_s = player.warm_up(placed[0])
     tally = Tally(level, keep)
     last = math.inf if seconds is None else start + seconds
-    played = _frames(animator, body, motion, takes, drive, fps, untangle, options)
+    played = _frames(player, placed, takes, drive, fps, untangle)
     for index, (frame, reference) in enumerate(played):
         if index / fps > last + 1e-9:
             break
@@ -138,23 +140,15 @@ def evaluate(
 
 
 def _frames(
-    animator: Animator,
-    body: ShapedBody,
-    motion: Motion,
-    takes: list[Take] | None,
-    drive: str,
-    fps: float,
-    untangle: bool,
-    options: dict[str, Any],
+    player: Player, motion: Motion, takes: list[Take] | None, drive: str, fps: float, untangle: bool
 ) -> Iterator[tuple[Frame, Vertices | None]]:
-    """Yields the frames of the clip without its lead-in, each with its ground truth where there is one."""
+    """Yields the frames of a placed clip without its lead-in, each with its ground truth where there is one."""
     if takes is None:
-        for frame in play(animator, body, motion, fps=fps, untangle=untangle, **options):
+        for frame in play_on(player, motion, fps=fps, untangle=untangle):
             yield frame, None
         return
     for take in takes:
         truth = take.vertices if drive == "truth" else None
-        frames = play(animator, body, take.motion, fps=None, placed=True, truth=truth, **options)
-        for index, frame in enumerate(frames):
+        for index, frame in enumerate(play_on(player, take.motion, fps=None, truth=truth)):
             if not take.lead_in[index]:
                 yield frame, take.vertices[index]

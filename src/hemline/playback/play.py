@@ -59,15 +59,43 @@ def play(
         BadModel: The animator was fitted on another kind of body.
         BadInput: `fps`, `detail` or `thickness_mm` is out of its range, or the ground truth has another length.
     """
-    if fps is not None and not 0 < fps <= 1000:
-        raise BadInput("fps must lie between 0 and 1000", fps, "leave it out for 30")
+    _check_rate(fps)
     options = {"guarantee": guarantee, "measure": measure, "whole": whole, "detail": detail}
     player = Player.prepare(animator, body, placed=True, thickness_mm=thickness_mm, **options)
     motion = motion if placed else body.placed(motion)
+    yield from play_on(player, motion, fps=fps, pre_roll=pre_roll, untangle=untangle, truth=truth)
+
+
+def play_on(
+    player: Player,
+    motion: Motion,
+    *,
+    fps: float | None = 30.0,
+    pre_roll: float = 1.0,
+    untangle: bool = False,
+    truth: FramesOfVertices | None = None,
+) -> Iterator[Frame]:
+    """Plays a motion with a player that was prepared before, frame by frame.
+
+    Args:
+        player: A player for motions that are placed (`Player.prepare(..., placed=True)`).
+        motion: A motion that is placed on the body of the player.
+        fps: As for `play`.
+        pre_roll: As for `play` [s].
+        untangle: As for `play`.
+        truth: As for `play` (frames, verts, 3) [m].
+
+    Yields:
+        One `Frame` per frame.
+
+    Raises:
+        BadInput: `fps` is out of its range, or the ground truth has another length.
+    """
+    _check_rate(fps)
     rate = motion.fps if fps is None else fps
     steps = 1 if truth is not None else math.ceil(1 / (rate * LONGEST_STEP))
     motion = motion if steps * rate == motion.fps else motion.resample(steps * rate)
-    motion = body.untangle_motion(motion) if untangle else motion
+    motion = player.body.untangle_motion(motion) if untangle else motion
     if truth is not None and len(truth) != len(motion):
         raise BadInput(
             "the ground truth must have one row a frame",
@@ -83,3 +111,8 @@ def play(
             state, frame = player.follow(state, motion[index], dt, truth[index])
         if index % steps == 0:
             yield frame
+
+
+def _check_rate(fps: float | None) -> None:
+    if fps is not None and not 0 < fps <= 1000:
+        raise BadInput("fps must lie between 0 and 1000", fps, "leave it out for 30")

@@ -79,7 +79,7 @@ def folder_page(title: str, data: bytes) -> FolderPage:
 
 def gzip_bytes(content: bytes) -> bytes:
     """Compresses bytes with gzip; equal inputs give equal outputs."""
-    return gzip.compress(content, 9, mtime=0)
+    return gzip.compress(content, 6, mtime=0)
 
 
 def _index(title: str, place: str) -> bytes:

@@ -16,7 +16,7 @@ MODELS, CLIPS = ("cape", "tshirt-light"), ("walk", "dance")
 CAPTIONS = {
     "cape": "The shipped cape on a run, by rope chains.",
     "tshirt": "The shipped T-shirt on three bodies, by AgentDress.",
-    "dress": "A generated dress that no model was fitted to, simulated while it is shown (live).",
+    "dress": "A dress that no model was fitted to, simulated while it is shown (live).",
 }
 """Captions of the moving pictures, by the name of the file."""
 COLUMNS = {
