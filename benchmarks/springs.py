@@ -24,7 +24,7 @@ from hemline.datasets import Row, Take, open_dataset
 from hemline.export.vrm.vrm_humanoid import VRM_BONES
 from hemline.meshes import ClosestTree, boundary_loops
 from hemline.motions.motion import JOINT_NAMES, PARENTS
-from hemline.springs import Skeleton
+from hemline.springs import SkeletonMotion
 from tests.export.web import three
 
 FPS, EVERY = 60.0, 6
@@ -50,7 +50,7 @@ def sides(
     return side, inner & (np.einsum("px,px->p", normals, outward) > 0)
 
 
-def local_rotations(skeleton: Skeleton) -> list[list[float]]:
+def local_rotations(skeleton: SkeletonMotion) -> list[list[float]]:
     """Returns the rotation of each bone of VRM from the one above (xyzw), one list a frame."""
     turns = []
     for name in BONES:

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hemline.springs import CapsuleColliders, Skeleton, SpringChains
+from hemline.springs import CapsuleColliders, SkeletonMotion, SpringChains
 
 COUNT, BONES = 6, 5
 """Chains of the sample, and bones of each."""
@@ -38,7 +38,7 @@ def leg() -> CapsuleColliders:
     return CapsuleColliders(np.array([1]), at, at - [[0.0, 0.4, 0.0]], np.array([0.05]), np.array([-1]))
 
 
-def kicking(frames: int = 120, angle: float = 0.9) -> Skeleton:
+def kicking(frames: int = 120, angle: float = 0.9) -> SkeletonMotion:
     """Joint 0 walks forwards, and joint 1 at the same place swings a leg."""
     time = np.arange(frames) / 60
     joints = np.zeros((frames, 2, 3))
@@ -46,7 +46,7 @@ def kicking(frames: int = 120, angle: float = 0.9) -> Skeleton:
     turns = np.tile(np.eye(3), (frames, 2, 1, 1))
     turns[:, 1] = Rotation.from_rotvec(np.outer(-angle * np.sin(5 * time), [1, 0, 0])).as_matrix()
     turns[:, 0] = Rotation.from_rotvec(np.outer(0.3 * np.sin(3 * time), [0, 1, 0])).as_matrix()
-    return Skeleton(np.zeros((2, 3)), joints, turns)
+    return SkeletonMotion(np.zeros((2, 3)), joints, turns)
 
 
 def turn_between(start: np.ndarray, end: np.ndarray) -> Rotation:
@@ -55,7 +55,7 @@ def turn_between(start: np.ndarray, end: np.ndarray) -> Rotation:
     return Rotation.from_rotvec(axis / max(np.linalg.norm(axis), 1e-12) * np.arctan2(np.linalg.norm(axis), start @ end))
 
 
-def swing_plainly(chains: SpringChains, capsules: CapsuleColliders, skeleton: Skeleton, dt: float) -> np.ndarray:
+def swing_plainly(chains: SpringChains, capsules: CapsuleColliders, skeleton: SkeletonMotion, dt: float) -> np.ndarray:
     """The bones in each frame, by the words of the specification."""
     tails = np.zeros((len(skeleton.joints), len(chains.bones), 3))
     for frame in range(len(tails)):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hemline.springs import SKIN_EVERY, SpringConstants, SpringJudge, Target, search, swing, tune
+from hemline.springs import SKIN_EVERY, SpringComparison, SpringConstants, SpringTarget, search, swing, tune
 from tests.springs.spring_samples import kicking, leg, pairs, ring
 
 TRUE = SpringConstants(
@@ -28,31 +28,31 @@ def target():
     skin = np.concatenate(
         [np.einsum("fij,pj->fpi", turns, points) + middle[:, None], np.einsum("fij,pj->fpi", turns, normals)], axis=2
     )
-    return Target(skeleton, bones, skin)
+    return SpringTarget(skeleton, bones, skin)
 
 
 def test_a_motion_is_judged_as_itself_and_another_as_far(target):
-    judge = SpringJudge(ring(), leg(), [1], [target], pairs())
-    assert judge(replace(TRUE, inward=np.pi, sideways=np.pi))[0] < 1e-9
-    assert judge(FAR)[0] > 10
+    comparison = SpringComparison(ring(), leg(), [1], [target], pairs())
+    assert comparison(replace(TRUE, inward=np.pi, sideways=np.pi))[0] < 1e-9
+    assert comparison(FAR)[0] > 10
 
 
 def test_skin_that_is_put_in_front_of_the_cloth_is_counted(target):
-    judge = SpringJudge(ring(), leg(), [1], [target], pairs())
+    comparison = SpringComparison(ring(), leg(), [1], [target], pairs())
     exact = replace(TRUE, inward=np.pi, sideways=np.pi)
-    assert judge(exact)[1] == 0
-    judge.targets = [target._replace(skin=target.skin + [0, 0, 0.3, 0, 0, 0])]
-    assert judge(exact)[1] > 20
+    assert comparison(exact)[1] == 0
+    comparison.targets = [target._replace(skin=target.skin + [0, 0, 0.3, 0, 0, 0])]
+    assert comparison(exact)[1] > 20
 
 
 def test_the_search_finds_the_motion_again(target, monkeypatch):
     monkeypatch.setattr(search, "ROUNDS", 120)
     monkeypatch.setattr(search, "LIMIT_ROUNDS", 6)
     seen = []
-    judge = SpringJudge(ring(), leg(), [1], [target], pairs())
+    comparison = SpringComparison(ring(), leg(), [1], [target], pairs())
     found, figures = tune(ring(), leg(), [1], [target], pairs(), FAR, lambda done, count: seen.append((done, count)))
-    before = judge(replace(FAR, inward=np.pi, sideways=np.pi))
-    after = judge(replace(found, inward=np.pi, sideways=np.pi))
+    before = comparison(replace(FAR, inward=np.pi, sideways=np.pi))
+    after = comparison(replace(found, inward=np.pi, sideways=np.pi))
     assert after[0] < before[0] / 3
     assert figures["springs_error_mm"] == pytest.approx(after[0])
     assert seen[-1][0] <= seen[-1][1] == 126

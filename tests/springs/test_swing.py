@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hemline.springs import CapsuleColliders, Skeleton, SpringConstants, swing
+from hemline.springs import CapsuleColliders, SkeletonMotion, SpringConstants, swing
 from tests.springs.spring_samples import BONES, kicking, leg, ring, swing_plainly
 
 LIMITED = SpringConstants(
@@ -46,7 +46,7 @@ def test_a_rotation_takes_a_bone_from_rest_to_where_it_is():
 
 def test_chains_that_nothing_pulls_stay_where_the_body_carries_them():
     chains = replace(ring(), drag=np.ones(len(ring().bones)), stiffness=np.full(len(ring().bones), 1.0))
-    still = Skeleton(np.zeros((2, 3)), np.zeros((40, 2, 3)), np.tile(np.eye(3), (40, 2, 1, 1)))
+    still = SkeletonMotion(np.zeros((2, 3)), np.zeros((40, 2, 3)), np.tile(np.eye(3), (40, 2, 1, 1)))
     moved, turns = swing(chains, NOTHING, still)
     np.testing.assert_allclose(moved, np.broadcast_to(chains.bones, moved.shape), atol=1e-12)
     np.testing.assert_allclose(turns, np.broadcast_to(np.eye(3), turns.shape), atol=1e-12)
@@ -54,7 +54,7 @@ def test_chains_that_nothing_pulls_stay_where_the_body_carries_them():
 
 def test_a_heavy_chain_hangs_straight_down():
     chains = replace(ring(), drag=np.full(len(ring().bones), 0.3), gravity=np.full(len(ring().bones), 1.0))
-    still = Skeleton(np.zeros((2, 3)), np.zeros((600, 2, 3)), np.tile(np.eye(3), (600, 2, 1, 1)))
+    still = SkeletonMotion(np.zeros((2, 3)), np.zeros((600, 2, 3)), np.tile(np.eye(3), (600, 2, 1, 1)))
     moved, _ = swing(chains, NOTHING, still)
     ways = np.diff(moved[-1].reshape(-1, BONES, 3), axis=1)
     assert np.abs(ways[..., [0, 2]]).max() < 1e-3 and ways[..., 1].max() < 0

@@ -11,9 +11,9 @@ from hemline.arrays import Float, Int
 from .constants import SpringConstants
 from .net import Net
 from .spring_bones import CapsuleColliders, SpringChains
-from .swing import Skeleton, swing
+from .swing import SkeletonMotion, swing
 
-FRONT_WEIGHT = 8.0
+FRONT_WEIGHT = 3.0
 """Error that is accepted to bring one percent of the skin behind the cloth [mm]."""
 ROUNDS, LIMIT_ROUNDS = 140, 30
 """Largest number of constants that are tried without limits, and of limits."""
@@ -26,10 +26,10 @@ _LIMIT_STEPS = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.7, 0.7, 0.0)
 """First steps of both searches for each of the numbers of `_numbers`."""
 
 
-class Target(NamedTuple):
+class SpringTarget(NamedTuple):
     """A section of a simulated take, to which spring bones are tuned."""
 
-    skeleton: Skeleton
+    skeleton: SkeletonMotion
     """The body at 60 frames a second, with frames before the section in which the chains come to rest."""
     bones: Float[np.ndarray, "frames bones 3"]
     """The bones on the simulated cloth at 30 frames a second, of the last frames of the skeleton [m]."""
@@ -41,7 +41,7 @@ def tune(
     chains: SpringChains,
     capsules: CapsuleColliders,
     legs: Sequence[int],
-    targets: Sequence[Target],
+    targets: Sequence[SpringTarget],
     pairs: Int[np.ndarray, "pairs 2"],
     start: SpringConstants,
     progress: Callable[[int, int], None] = lambda done, count: None,
@@ -66,23 +66,23 @@ def tune(
         The constants, and the figures `springs_error_mm` and `springs_skin_percent` of the takes without limits, and
         `limited_springs_error_mm` and `limited_springs_skin_percent` with them.
 
-    Source: simplex search of J. A. Nelder and R. Mead, "A Simplex Method for Function Minimization", 1965.
+    Source: Nelder, Mead, "A Simplex Method for Function Minimization", 1965.
     """
-    judge = SpringJudge(chains, capsules, legs, targets, pairs)
+    comparison = SpringComparison(chains, capsules, legs, targets, pairs)
     count = LIMIT_ROUNDS + ROUNDS
     free = replace(start, inward=np.pi, sideways=np.pi)
-    found = _search(judge, free, _FREE_STEPS, ROUNDS, lambda done: progress(done, count))
+    found = _search(comparison, free, _FREE_STEPS, ROUNDS, lambda done: progress(done, count))
     limited = replace(found, inward=start.inward, sideways=start.sideways)
-    limited = _search(judge, limited, _LIMIT_STEPS, LIMIT_ROUNDS, lambda done: progress(ROUNDS + done, count))
+    limited = _search(comparison, limited, _LIMIT_STEPS, LIMIT_ROUNDS, lambda done: progress(ROUNDS + done, count))
     figures = {}
     for name, constants in (("springs", found), ("limited_springs", limited)):
-        error, front = judge(constants)
+        error, front = comparison(constants)
         figures |= {f"{name}_error_mm": error, f"{name}_skin_percent": front}
     return limited, figures
 
 
 def _search(
-    judge: "SpringJudge",
+    comparison: "SpringComparison",
     start: SpringConstants,
     steps: tuple[float, ...],
     rounds: int,
@@ -100,7 +100,7 @@ def _search(
         return _constants(numbers)
 
     def loss(moved: np.ndarray) -> float:
-        error, front = judge(constants_at(moved))
+        error, front = comparison(constants_at(moved))
         tried[0] += 1
         progress(min(tried[0], rounds))
         return error + FRONT_WEIGHT * front
@@ -110,7 +110,7 @@ def _search(
     return constants_at(minimize(loss, first[moving], method="Nelder-Mead", options=options).x)
 
 
-class SpringJudge:
+class SpringComparison:
     """Tells how far spring bones with some constants are from takes, and how much skin comes in front of the cloth.
 
     Args:
@@ -126,7 +126,7 @@ class SpringJudge:
         chains: SpringChains,
         capsules: CapsuleColliders,
         legs: Sequence[int],
-        targets: Sequence[Target],
+        targets: Sequence[SpringTarget],
         pairs: Int[np.ndarray, "pairs 2"],
     ):
         self.chains, self.capsules, self.legs, self.targets = chains, capsules, legs, targets

@@ -51,7 +51,14 @@ class SpringChains:
         joints: Int[np.ndarray, " chains"],
         outward: Float[np.ndarray, "chains 3"],
     ) -> Self:
-        """Returns chains that nothing pulls, slows or limits."""
+        """Returns chains that nothing pulls, slows or limits.
+
+        Args:
+            bones: Positions of the bones at rest [m].
+            offsets: First bone of each chain, followed by the number of all bones.
+            joints: The joint of the body that carries each chain.
+            outward: Horizontal direction of each chain, away from the axis of the body; unit length.
+        """
         none, free = np.zeros(len(bones)), np.full(len(bones), np.pi)
         return cls(bones, offsets, joints, outward, none, none, none, none, free, free)
 

@@ -23,7 +23,7 @@ class SwingSprings(NamedTuple):
     """The joint that carries each chain."""
     roots: Float[np.ndarray, "chains 3"]
     """Place of the root of each chain, from the joint, at rest [m]."""
-    ways: Float[np.ndarray, "bones 3"]
+    directions: Float[np.ndarray, "bones 3"]
     """Direction at rest from the bone above."""
     lengths: Float[np.ndarray, " bones"]
     """Distance from the bone above [m]."""
@@ -64,7 +64,7 @@ class SwingBody(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Skeleton:
+class SkeletonMotion:
     """The joints of a body in a clip.
 
     Attributes:
@@ -79,7 +79,7 @@ class Skeleton:
 
 
 def swing(
-    chains: SpringChains, capsules: CapsuleColliders, skeleton: Skeleton, dt: float = FRAME_SECONDS
+    chains: SpringChains, capsules: CapsuleColliders, skeleton: SkeletonMotion, dt: float = FRAME_SECONDS
 ) -> tuple[Float[np.ndarray, "frames bones 3"], Float[np.ndarray, "frames bones 3 3"]]:
     """Swings spring bones over a clip, from rest in its first frame, as a player of VRM does.
 
@@ -96,8 +96,7 @@ def swing(
         The bones in the world [m], and the rotation of each from rest; the last bone of a chain is only a tail, and its
         rotation is that of the joint that carries the chain.
 
-    Source: `VRMC_springBone` 1.0 and `VRMC_springBone_limit` 1.0 (draft),
-        https://github.com/vrm-c/vrm-specification.
+    Format: https://github.com/vrm-c/vrm-specification, `VRMC_springBone` 1.0 and `VRMC_springBone_limit` 1.0 (draft).
     """
     frames, bones = len(skeleton.joints), len(chains.bones)
     tails, turns = np.empty((frames, bones, 3)), np.empty((frames, bones, 3, 3))
@@ -110,7 +109,7 @@ def swing(
 
 
 def move_capsules(
-    capsules: CapsuleColliders, skeleton: Skeleton
+    capsules: CapsuleColliders, skeleton: SkeletonMotion
 ) -> tuple[Float[np.ndarray, "frames capsules 3"], Float[np.ndarray, "frames capsules 3"]]:
     """Returns both ends of each capsule in each frame [m]."""
     at = capsules.joints
@@ -122,7 +121,7 @@ def move_capsules(
 def _limit_axes(chains: SpringChains) -> Float[np.ndarray, "bones 3 3"]:
     """Returns the axes of each bone's spherical limit at rest, as columns: y is the middle of its range, z outwards."""
     frames = np.repeat(chains.frames, np.diff(chains.offsets), axis=0)
-    local = np.einsum("bji,bj->bi", frames, _ways(chains))
+    local = np.einsum("bji,bj->bi", frames, _directions(chains))
     local[np.linalg.norm(local, axis=1) == 0] = [0, 1, 0]
     return frames @ _from_y(local) @ _about_x(chains.tilts)
 
@@ -138,7 +137,7 @@ def _springs(chains: SpringChains, rest: Float[np.ndarray, "joints 3"]) -> Swing
             _plain,
             (
                 chains.bones[roots] - rest[chains.joints],
-                _ways(chains),
+                _directions(chains),
                 np.linalg.norm(above, axis=1),
                 chains.stiffness,
                 chains.gravity,
@@ -151,7 +150,7 @@ def _springs(chains: SpringChains, rest: Float[np.ndarray, "joints 3"]) -> Swing
     )
 
 
-def _ways(chains: SpringChains) -> Float[np.ndarray, "bones 3"]:
+def _directions(chains: SpringChains) -> Float[np.ndarray, "bones 3"]:
     """Returns the direction of each bone from the one above, at rest; 0 for roots."""
     above = np.diff(chains.bones, axis=0, prepend=chains.bones[:1])
     above[chains.offsets[:-1]] = 0

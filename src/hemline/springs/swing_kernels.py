@@ -135,7 +135,9 @@ def swing_chain(chain, springs, capsules, body, dt, tails_out, turns_out):
         turns[last - 1] = body.turns[frame, joint]
         above = last - 1
         for bone in range(first + 1, last):
-            sx, sy, sz = rotated(turns, above, springs.ways[bone, 0], springs.ways[bone, 1], springs.ways[bone, 2])
+            sx, sy, sz = rotated(
+                turns, above, springs.directions[bone, 0], springs.directions[bone, 1], springs.directions[bone, 2]
+            )
             length = springs.lengths[bone]
             if frame == 0:
                 x, y, z = ox + length * sx, oy + length * sy, oz + length * sz
@@ -160,13 +162,17 @@ def swing_chain(chain, springs, capsules, body, dt, tails_out, turns_out):
                     x, y, z = ox + length * x, oy + length * y, oz + length * z
             tails_out[frame, bone, 0], tails_out[frame, bone, 1], tails_out[frame, bone, 2] = x, y, z
             direction = rotated_back(turns, above, (x - ox) / length, (y - oy) / length, (z - oz) / length)
-            put_between(turns, bone - 1, above, bone, springs.ways, direction)
+            put_between(turns, bone - 1, above, bone, springs.directions, direction)
             above = bone - 1
             ox, oy, oz = x, y, z
 
 
 @kernel
 def swing_chains(springs, capsules, body, dt, tails_out, turns_out):
-    """Swings all chains over all frames; see `swing_chain`."""
+    """Swings all chains over all frames.
+
+    Reads: springs, capsules, body and dt [s]: see `swing_chain`.
+    Writes: tails_out (frames, bones, 3) [m] and turns_out (frames, bones, 3, 3): see `swing_chain`.
+    """
     for chain in range(len(springs.joints)):
         swing_chain(chain, springs, capsules, body, dt, tails_out, turns_out)

@@ -10,15 +10,13 @@ from pathlib import Path
 
 from hemline.animators import load
 from hemline.animators.ropes.springs.tuning import tune_springs
-from hemline.cli.progress import stages
 from hemline.datasets import open_dataset
 
 
 def main(path: Path, folder: Path) -> None:
     """Tunes the springs of a model file, writes the file again, and prints the figures of the takes."""
     model = load(path)
-    with stages() as progress:
-        constants, figures = tune_springs(model, open_dataset(folder), progress)
+    constants, figures = tune_springs(model, open_dataset(folder))
     replace(model, springs=constants).save(path)
     sys.stdout.write("".join(f"{name:<32} {value:.1f}\n" for name, value in figures.items()) + f"{constants}\n")
 

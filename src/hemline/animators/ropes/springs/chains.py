@@ -9,18 +9,18 @@ from hemline.arrays import Float, Int, Nodes
 from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.collide.primitives.body_primitives import BodyPrimitives
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, PARENTS, Motion, Pose
-from hemline.springs import CapsuleColliders, Skeleton, SpringChains, SpringConstants, distances_to_axes
+from hemline.springs import CapsuleColliders, SkeletonMotion, SpringChains, SpringConstants, distances_to_axes
 
 DEFAULT_CONSTANTS = SpringConstants(
-    stiffness=(73.6, 1.2e-4),
-    gravity=2.27,
-    drag=(0.37, 0.73),
-    radius=0.026,
-    inward=0.164,
-    sideways=0.142,
-    leg_radius=0.124,
+    stiffness=(89.3, 2.15e-4),
+    gravity=2.89,
+    drag=(0.229, 0.753),
+    radius=0.0467,
+    inward=0.197,
+    sideways=0.145,
+    leg_radius=0.213,
 )
-"""Constants for models whose fit stored none: those of the shipped skirt."""
+"""Constants for models that have none of their own: those of the shipped skirt."""
 LEGS = tuple(JOINT_NAMES.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("hip", "knee"))
 """Joints of the legs, which push a garment."""
 _TRUNK = ("pelvis", "spine1", "spine2", "spine3")
@@ -78,7 +78,7 @@ def t_pose(body: ShapedBody) -> PosedBody:
     return body.posed(Pose(still, np.array([0.0, -floor, 0.0], np.float32)))
 
 
-def skeleton_of(rest: PosedBody, motion: Motion) -> Skeleton:
+def skeleton_of(rest: PosedBody, motion: Motion) -> SkeletonMotion:
     """Returns the joints in a clip after a run-up: a second from the T-pose to its first pose, and a second in that.
 
     Args:
@@ -97,7 +97,7 @@ def skeleton_of(rest: PosedBody, motion: Motion) -> Skeleton:
     start = np.repeat(motion.translations[:1], len(way) + stay, axis=0)
     transforms, joints = rest.shaped.transforms_of(rotations, np.concatenate([start, motion.translations]))
     turns = np.asarray(transforms, np.float64)[..., :3] @ np.swapaxes(rest.transforms[:, :, :3], 1, 2)
-    return Skeleton(np.asarray(rest.joints, np.float64), np.asarray(joints, np.float64), turns)
+    return SkeletonMotion(np.asarray(rest.joints, np.float64), np.asarray(joints, np.float64), turns)
 
 
 def _still(frames: int) -> Float[np.ndarray, "frames joints 4"]:

@@ -10,7 +10,7 @@ from hemline.bodies.body import PosedBody, ShapedBody
 from hemline.datasets import Dataset, Row
 from hemline.errors import BadDataset
 from hemline.motions import Motion
-from hemline.springs import FRAME_SECONDS, SKIN_EVERY, Skeleton, SpringConstants, Target, tune
+from hemline.springs import FRAME_SECONDS, SKIN_EVERY, SkeletonMotion, SpringConstants, SpringTarget, tune
 
 from .chains import LEGS, resting_chains, skeleton_of, t_pose
 
@@ -72,21 +72,21 @@ def _spread(dataset: Dataset) -> list[Row]:
     return [rows[index] for index in np.unique(np.linspace(0, len(rows) - 1, TAKE_COUNT).round().astype(int))]
 
 
-def _targets(ropes: Ropes, dataset: Dataset, rows: list[Row], rest: PosedBody) -> list[Target]:
+def _targets(ropes: Ropes, dataset: Dataset, rows: list[Row], rest: PosedBody) -> list[SpringTarget]:
     skin = _leg_vertices(rest.shaped)
     return [_target(ropes, dataset, row, rest, skin) for row in rows]
 
 
-def _target(ropes: Ropes, dataset: Dataset, row: Row, rest: PosedBody, skin: np.ndarray) -> Target:
+def _target(ropes: Ropes, dataset: Dataset, row: Row, rest: PosedBody, skin: np.ndarray) -> SpringTarget:
     take = dataset.take(row)
     first = int(take.lead_in.sum())
     last = min(len(take.vertices), first + round(TAKE_SECONDS * _FPS))
     motion, chain = take.motion[first:last], int(ropes.chains.offsets[0])
     bones = np.array([ropes.positions_on(vertices)[chain:] for vertices in take.vertices[first:last]], np.float64)
-    return Target(_skeleton(rest, motion), bones, _skin_in(rest.shaped, motion, skin))
+    return SpringTarget(_skeleton(rest, motion), bones, _skin_in(rest.shaped, motion, skin))
 
 
-def _skeleton(rest: PosedBody, motion: Motion) -> Skeleton:
+def _skeleton(rest: PosedBody, motion: Motion) -> SkeletonMotion:
     """Returns the skeleton of a clip at the rate of the engine, up to its last frame."""
     fast = motion.resample(1 / FRAME_SECONDS)
     count = round(1 / FRAME_SECONDS / _FPS) * (len(motion) - 1) + 1
