@@ -12,15 +12,15 @@ from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, PARENTS, Motion, Po
 from hemline.springs import CapsuleColliders, SkeletonMotion, SpringChains, SpringConstants, distances_to_axes
 
 DEFAULT_CONSTANTS = SpringConstants(
-    stiffness=(89.3, 2.15e-4),
-    gravity=2.89,
-    drag=(0.229, 0.753),
-    radius=0.0467,
-    inward=0.197,
-    sideways=0.145,
-    leg_radius=0.213,
+    stiffness=(108.0, 2.12e-4),
+    gravity=2.88,
+    drag=(0.229, 0.763),
+    radius=0.0485,
+    inward=0.284,
+    sideways=0.166,
+    leg_radius=0.212,
 )
-"""Constants for models that have none of their own: those of the shipped skirt."""
+"""Constants for models that have none of their own: those of the shipped skirt, rounded."""
 LEGS = tuple(JOINT_NAMES.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("hip", "knee"))
 """Joints of the legs, which push a garment."""
 _TRUNK = ("pelvis", "spine1", "spine2", "spine3")
