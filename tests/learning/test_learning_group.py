@@ -75,6 +75,7 @@ def test_the_gradient_of_a_batch_is_the_weighted_sum_of_those_of_its_shares():
         np.testing.assert_allclose(total, p.grad, rtol=1e-5, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_two_processes_killed_and_gone_on_by_one_or_three_come_to_what_one_comes_to(tmp_path):
     whole = weights(trained(Line()))
     broken = together(tmp_path, 2, stop=5)

@@ -81,6 +81,7 @@ def test_its_folder_holds_datasets_that_fit_takes(outcome):
     assert open_dataset(made.folder / "probe").garment.hash == check.garment.hash
 
 
+@pytest.mark.slow
 def test_a_fit_for_which_no_time_is_left_is_left_out_with_the_reason(outcome, tmp_path):
     made, _ = outcome
     folder, model = tmp_path / "my.making", tmp_path / "my.safetensors"

@@ -33,6 +33,7 @@ def test_a_wrong_shape_and_a_wrong_type_are_seen(tmp_path):
     assert checked["hemline.meshes.normals"] > 0
 
 
+@pytest.mark.slow
 def test_annotations_hold_while_the_cape_plays(tmp_path):
     checked = shown("play", tmp_path)
     loaded = {name.removeprefix("hemline.") for name in checked}
@@ -42,9 +43,8 @@ def test_annotations_hold_while_the_cape_plays(tmp_path):
             assert name in loaded or name.endswith(("kernels", "__init__")), f"{name} was not checked"
 
 
-@pytest.mark.parametrize(
-    "scene", ["read", "close_fitting", *(pytest.param(name, marks=pytest.mark.slow) for name in ("simulate", "rest"))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", ["read", "close_fitting", "simulate", "rest"])
 def test_annotations_hold_while_files_are_read_and_cloth_is_simulated(scene, tmp_path):
     assert shown(scene, tmp_path)["hemline.garments.garment"] > 0
 

@@ -18,6 +18,7 @@ def top(shaped):
     return generate_garment(plain_design("top"), shaped, vertex_count=400)
 
 
+@pytest.mark.slow
 def test_a_top_in_inches_is_worn_as_one_in_metres_is(shaped, top, as_obj):
     plain = try_on(as_obj("metres", top.vertices, top.faces), shaped)
     tried = try_on(as_obj("inches", top.vertices / 0.0254, top.faces), shaped)
@@ -63,6 +64,7 @@ def test_the_first_word_comes_before_the_search(shaped, top, as_obj):
     assert said[0].startswith(f"word: {len(top.vertices)} vertices, ") and "searching for its place" in said[0]
 
 
+@pytest.mark.slow
 def test_a_skirt_under_a_top_has_pins_of_its_own(shaped, top, as_obj):
     skirt = generate_garment(plain_design("skirt"), shaped, vertex_count=700)
     vertices = np.concatenate([top.vertices, skirt.vertices])

@@ -32,6 +32,7 @@ def test_only_a_body_of_unusual_size_has_a_size_of_its_own(shaped):
     assert all(own_size(shaped.body.shaped(generator.normal(size=16))) == 1 for _ in range(20))
 
 
+@pytest.mark.slow
 def test_a_generated_garment_is_scaled_to_a_child(shaped):
     small, adult = child().shaped(), garments.load("skirt:3", shaped)
     skirt = garments.load("skirt:3", replace(small, body=replace(small.body, name="child")))

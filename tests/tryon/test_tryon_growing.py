@@ -42,6 +42,7 @@ def test_cloth_without_openings_is_laid_near_the_body(shaped):
     assert np.linalg.norm(alignment.vertices - cape.vertices, axis=1).mean() < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["style3d_bsd3/h1_jacket_12k.obj", "makehuman_cc0/f_shorts.obj"])
 def test_a_mesh_with_z_up_is_laid_as_it_would_be_with_y_up(shaped, mesh_of, name):
@@ -81,6 +82,7 @@ def test_the_body_grows_into_cloth_without_tangling_or_tearing_it(shaped, mesh_o
     assert np.median(strain) < 0.01 and strain.max() < longest
 
 
+@pytest.mark.slow
 def test_triangles_wound_at_odds_are_turned_outward_aloud(shaped, worn, as_obj):
     trousers = worn["trousers"]
     turned = np.random.default_rng(1).random(len(trousers.faces)) < 0.9

@@ -92,6 +92,7 @@ def test_play_moves_the_garment_pause_stops_it_and_a_browser_may_come_back(seen)
         assert page.stage.index == index and page.stage.frame is frame, "pausing keeps the frame"
 
 
+@pytest.mark.slow
 def test_a_browser_that_leaves_while_it_plays_stops_nothing(seen, capfd):
     with serving(Page(catalog())) as page:
         seen.driver.get(page.url)
@@ -103,6 +104,7 @@ def test_a_browser_that_leaves_while_it_plays_stops_nothing(seen, capfd):
     assert "Traceback" not in capfd.readouterr().err
 
 
+@pytest.mark.slow
 def test_what_hands_ask_for_is_seen(seen):
     """Controls are moved on the server's side of a browser's messages; what they change is looked at in the browser."""
     with serving(Page(catalog(), playing=False)) as page:

@@ -332,6 +332,7 @@ def test_some_windows_are_those_in_which_the_body_moves_fastest():
     assert max(ways) > 1.0
 
 
+@pytest.mark.slow
 def test_the_gradient_leads_to_what_made_the_bones():
     torch = pytest.importorskip("torch", reason="gradients need torch (extra 'learn')")
     torch.set_num_threads(1)

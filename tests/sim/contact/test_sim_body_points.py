@@ -148,6 +148,7 @@ def test_no_thickness_no_points(square):
     assert step.potential.pairs is None and step.pair_contacts.points is None
 
 
+@pytest.mark.slow
 def test_what_a_growing_body_does_to_the_points_is_in_the_derivatives(monkeypatch):
     # a wide distance, so that a shirt of coarse triangles is held by points all over
     monkeypatch.setattr(body_points, "DISTANCE_RATIO", 0.6)

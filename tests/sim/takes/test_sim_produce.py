@@ -75,6 +75,7 @@ def test_parts_join_to_what_one_part_would_have_been(unbroken, tmp_path):
     assert joined == other.take(whole[0]).vertices.tobytes()
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_length_of_a_clip(tmp_path):
     garment = garments.make_cape(bodies.load("anny24").shaped(), rows=30, columns=40, name="cloth")
     settings = sim.SimSettings(settle=0.1, lead_in=0.1, newton_steps=1, substeps=1, residual_share=0.99)
