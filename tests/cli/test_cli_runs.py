@@ -194,4 +194,4 @@ def test_demo_shows_a_cape_a_shirt_on_three_bodies_and_a_dress(tmp_path):
     from PIL import Image
 
     with Image.open(tmp_path / "tshirt.webp") as moving:
-        assert moving.n_frames == 90 and moving.size == (960, 480)
+        assert moving.n_frames == 60 and moving.size == (960, 480)
