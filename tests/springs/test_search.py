@@ -45,7 +45,20 @@ def test_skin_that_is_put_in_front_of_the_cloth_is_counted(target):
     assert comparison(exact)[1] > 20
 
 
+def test_a_garment_that_should_keep_its_drape_hangs_nearer_to_it(target, monkeypatch):
+    monkeypatch.setattr(search, "ROUNDS", 60)
+    monkeypatch.setattr(search, "LIMIT_ROUNDS", 4)
+    comparison, sags = SpringComparison(ring(), leg(), [1], [target], pairs()), []
+    for weight in (0.0, 20.0):
+        monkeypatch.setattr(search, "SAG_WEIGHT", weight)
+        found, _ = tune(ring(), leg(), [1], [target], pairs(), TRUE)
+        sags.append(comparison.sag_mm(found))
+    assert sags[1] < sags[0] / 2
+
+
 def test_the_search_finds_the_motion_again(target, monkeypatch):
+    """The motion alone counts: the chains that made it hang away from their drape when they stand still."""
+    monkeypatch.setattr(search, "SAG_WEIGHT", 0.0)
     monkeypatch.setattr(search, "ROUNDS", 120)
     monkeypatch.setattr(search, "LIMIT_ROUNDS", 6)
     seen = []

@@ -15,6 +15,10 @@ from .swing import SkeletonMotion, swing
 
 FRONT_WEIGHT = 3.0
 """Error that is accepted to bring one percent of the skin behind the cloth [mm]."""
+SAG_WEIGHT = 3.5
+"""Weight of the distance by which the garment hangs from its drape when the body stands [1]."""
+_STANDING_FRAMES = 90
+"""Frames in which the chains come to rest in the T-pose."""
 ROUNDS, LIMIT_ROUNDS = 140, 30
 """Largest number of constants that are tried without limits, and of limits."""
 SKIN_EVERY = 10
@@ -51,7 +55,7 @@ def tune(
     Players without `VRMC_springBone_limit` ignore the limits, so the other constants are searched without limits, and
     the limits for them. What is minimised is the mean distance of the bones to the simulated ones [mm], plus
     `FRONT_WEIGHT` times the percentage of the skin behind the simulated cloth that is in front of the played one
-    (`net.LEAST_SHOWING`).
+    (`net.LEAST_SHOWING`), plus `SAG_WEIGHT` times the distance by which the bones hang from rest in the T-pose [mm].
 
     Args:
         chains: The chains at rest.
@@ -103,7 +107,7 @@ def _search(
         error, front = comparison(constants_at(moved))
         tried[0] += 1
         progress(min(tried[0], rounds))
-        return error + FRONT_WEIGHT * front
+        return error + FRONT_WEIGHT * front + SAG_WEIGHT * comparison.sag_mm(constants_at(moved))
 
     simplex = np.stack([first[moving], *(first[moving] + step for step in np.diag(np.array(steps)[moving]))])
     options = {"maxfev": rounds, "initial_simplex": simplex}
@@ -131,6 +135,9 @@ class SpringComparison:
     ):
         self.chains, self.capsules, self.legs, self.targets = chains, capsules, legs, targets
         self.net = Net.of(chains, pairs)
+        rest = targets[0].skeleton.rest
+        turns = np.tile(np.eye(3), (_STANDING_FRAMES, len(rest), 1, 1))
+        self.standing = SkeletonMotion(rest, np.tile(rest, (_STANDING_FRAMES, 1, 1)), turns)
         self.covered = [
             [
                 self.net.behind(bones, skin)[0]
@@ -153,6 +160,12 @@ class SpringComparison:
                 front += int((self.net.behind(bones, skin)[1] & behind).sum())
                 all_covered += int(behind.sum())
         return float(np.mean(errors)), 100 * front / max(all_covered, 1)
+
+    def sag_mm(self, constants: SpringConstants) -> float:
+        """Returns the mean distance of the bones from rest after they have hung still in the T-pose [mm]."""
+        chains, capsules = constants.apply(self.chains, self.capsules, self.legs)
+        hung, _ = swing(chains, capsules, self.standing)
+        return float(1000 * np.linalg.norm(hung[-1] - chains.bones, axis=-1).mean())
 
 
 def _numbers(constants: SpringConstants) -> Float[np.ndarray, "9"]:
