@@ -65,7 +65,7 @@ def test_every_import_is_a_dependency():
     apart = {name for name, extra in ROWS if extra == "none"}
     for module, paths in imported(files()).items():
         if module in BROUGHT:
-            assert BROUGHT[module] in modules and {path.name for path in paths} == {"ring_sums.py"}
+            assert BROUGHT[module] in modules and {path.name for path in paths} == {"ring_attention.py"}
         elif module in apart:
             assert all("make" in path.parts for path in paths), f"{module} is imported outside of models/make"
         else:

@@ -65,7 +65,9 @@ def test_what_plays_is_the_formula_and_what_was_trained(cape):
     trained = TorchLagNet(WIDTH, mean.astype(np.float32), spread.astype(np.float32), seed=4)
     with torch.no_grad():
         trained.weights["fourth"].normal_(generator=torch.Generator().manual_seed(5))
-        expected = trained(torch.from_numpy(static), torch.from_numpy(features)[None], TorchCells.of(cells))[0].numpy()
+        expected = trained(
+            torch.from_numpy(static), torch.from_numpy(features)[None], TorchCells.of(cells, torch.device("cpu"))
+        )[0].numpy()
     net = trained.to_runtime()
     played = net.displacements(net.static(static), features, cells)
     np.testing.assert_allclose(played, expected, atol=2e-5 * np.abs(expected).max())
@@ -76,7 +78,7 @@ def test_products_of_half_precision_come_near_to_those_of_single(cape):
     torch = pytest.importorskip("torch")
     from hemline.animators.lag.fit.lag_training import TorchCells, TorchLagNet
 
-    random, cells, outs = np.random.default_rng(6), TorchCells.of(Cells.of(cape)), []
+    random, cells, outs = np.random.default_rng(6), TorchCells.of(Cells.of(cape), torch.device("cpu")), []
     static, features = (
         random.normal(size=(len(cape.vertices), n)).astype(np.float32) for n in (STATIC.count, DYNAMIC.count)
     )

@@ -84,6 +84,12 @@ def test_garments_that_skinning_misses_less_count_more(folders, tmp_path):
         ]
         each = [objective.loss(np.array([i]), np.random.default_rng(0), slice(None)).item() for i in firsts]
         losses[evenness] = np.array(each)
+    # a device keeps the frames as the file does: the loss has the same bits, mirrored frames and edges included
+    objective = LagObjective(net, samples, [], QUICK)
+    read = objective.loss(np.arange(4), np.random.default_rng(1), slice(None)).item()
+    for each in objective.train:
+        each.keep()
+    assert objective.loss(np.arange(4), np.random.default_rng(1), slice(None)).item() == read
     # the network begins as skinning, so what it misses is what skinning misses, and shares of it are alike
     ratio = losses[1.0] / losses[0.0] * (missed + 1e-3)
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-4)

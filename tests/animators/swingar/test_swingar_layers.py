@@ -1,7 +1,12 @@
 """Graph attention with Lipschitz-normalised scores: equal to plain torch, and the laws that it must obey."""
 
 import itertools
+import os
+import subprocess
+import sys
+from copy import deepcopy
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -134,6 +139,81 @@ def test_on_cuda_a_layer_and_its_gradients_are_the_same(compiled, monkeypatch):
 
     for one, other in zip(run("cpu"), run("cuda"), strict=True):
         assert (one - other.cpu()).abs().max() <= 1e-5 * max(1.0, float(one.abs().max()))
+
+
+TRITON_CASES = [
+    # x for all frames, for all heads; width, heads, groups; scaled, extra, alpha
+    (1, 4, 3, 4, 4, True, 5, 2.0),
+    (2, 1, 3, 4, 2, False, 0, 3.0),
+    (2, 1, 5, 6, 2, True, 5, None),
+    (2, 3, 40, 3, 3, False, 5, 2.0),
+    (1, 3, 8, 3, 3, True, 0, None),
+    (2, 1, 1, 1, 1, False, 0, 0.0),
+]
+
+
+def irregular() -> Graph:
+    """A graph with a hub, a vertex in no triangle, and rings of many sizes."""
+    random = np.random.default_rng(5)
+    fan = np.stack([np.zeros(11, np.int64), np.arange(1, 12), np.arange(2, 13)], 1)
+    there = random.choice(np.arange(1, 35), (30, 3))
+    three = (there[:, 0] != there[:, 1]) & (there[:, 1] != there[:, 2]) & (there[:, 0] != there[:, 2])
+    return Graph.of(np.concatenate([fan, there[three]]).astype(np.int32), 37)
+
+
+def run_in_interpreter() -> None:
+    """Compares layers by Triton with plain torch in float64, and prints the largest relative errors of each case.
+
+    The environment must hold TRITON_INTERPRET=1.
+    """
+    graph, met = irregular(), np.zeros(3, bool)
+    for frames, of_heads, width, heads, groups, scaled, more, alpha in TRITON_CASES:
+        torch.manual_seed(6)
+        layer = GatLn(7, width, heads, groups=groups, alpha=alpha, extra=more)
+        tiny = torch.ones(graph.vertex_count, 1)
+        tiny[torch.from_numpy(graph.ring[graph.start[20] : graph.start[21]].astype(np.int64))] = 1e-14
+        x, scale = torch.randn(frames, of_heads, graph.vertex_count, 7) * tiny, torch.randn(2, 7) if scaled else None
+        extra = torch.randn(2, graph.vertex_count, more) * tiny if more else None
+        back = torch.randn(2, groups, graph.vertex_count, width)
+
+        def run(kind, compiled, layer=layer, parts=(x, scale, extra), back=back):
+            layers.is_compiled_on = lambda device: compiled
+            own = deepcopy(layer).to(kind)
+            x, scale, extra = (None if part is None else part.to(kind) for part in parts)
+            given = [each.requires_grad_() for each in (x, scale) if each is not None]
+            given += [each for each in own.parameters() if each.numel()]
+            out = gather_attention(own, graph, x, scale, extra)
+            return [out, *torch.autograd.grad((out * back.to(kind)).sum(), given, allow_unused=True)]
+
+        errors = []
+        for one, other in zip(run(torch.float32, True), run(torch.float64, False), strict=True):
+            errors.append(float((one - other).detach().abs().max() / other.detach().abs().max().clamp(min=1e-30)))
+        print((width, heads, groups, alpha), *(f"{error:.1e}" for error in errors))
+        assert max(errors) < 1e-4
+        if alpha:
+            met |= branches(layer, graph, x, scale, extra)
+    assert met.all(), met
+
+
+def branches(layer, graph, x, scale, extra) -> np.ndarray:
+    """Tells whether some divisors of scores are the norm of the scores, its bound, and the least divisor."""
+    table, rings = layers._project(layer, x, scale, extra).detach().numpy(), graph.equal_rings
+    width, length = layer.weights.shape[2], layer.vectors.detach().square().sum((1, 2)).sqrt().numpy()[:, None]
+    features, center, neighbour = table[..., :width], table[..., width], table[..., width + 1]
+    norms = np.sqrt((((center[..., None] + neighbour[..., rings[0]]) * rings[1]) ** 2).sum(-1))
+    squares = (features**2).sum(-1)
+    bound = length * np.sqrt(squares[..., rings[0]].max(-1) + squares)
+    large = np.maximum(norms, bound) > 1e-12
+    return np.array([np.any(large & (norms > bound)), np.any(large & (norms <= bound)), not large.all()])
+
+
+@pytest.mark.skipif(find_spec("triton") is None, reason="Triton is not installed")
+def test_in_the_interpreter_of_triton_a_layer_and_its_gradients_are_the_same():
+    code = "from tests.animators.swingar.test_swingar_layers import run_in_interpreter; run_in_interpreter()"
+    environment = os.environ | {"TRITON_INTERPRET": "1"}
+    root = Path(__file__).parents[3]
+    done = subprocess.run([sys.executable, "-c", code], cwd=root, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_further_features_that_a_layer_has_no_weights_for_are_refused():

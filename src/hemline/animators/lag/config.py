@@ -27,3 +27,5 @@ class LagConfig(CoarseConfig):
     """Loss weight of the error of edge vectors, in edge lengths, beside that of vertices."""
     precision: Precision = "float32"
     """Number format of matrix products during training: float32 or bfloat16."""
+    device: str = "cpu"
+    """Device to train on: cpu, or cuda if PyTorch finds a GPU."""

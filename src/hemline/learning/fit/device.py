@@ -23,3 +23,12 @@ def usable_device(name: str) -> torch.device:
     if (device.index or 0) >= count:
         raise BadInput(what, f"{count} of its kind", cure)
     return device
+
+
+ROOM = 0.7
+"""Fraction of the free memory of a device that training frames may occupy."""
+
+
+def frame_room(device: torch.device) -> int:
+    """Returns the memory of a device that training frames may occupy [bytes]; 0 for the processor."""
+    return int(ROOM * torch.cuda.mem_get_info(device)[0]) if device.type == "cuda" else 0

@@ -40,13 +40,19 @@ def fit_lag(
     Raises:
         BadModel: The training diverged.
     """
+    import torch
+
+    from hemline.learning.fit.device import usable_device
     from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer
 
     from .lag_training import LagObjective, TorchLagNet
 
     samples = {name: garment_samples(frames, name) for name in ("train", *HELD_OUT)}
     train, valid = samples["train"], [each for name in HELD_OUT for each in samples[name]]
-    net = TorchLagNet(config.width, *scales(train), seed, config.precision)
+    device = usable_device(config.device)
+    if device.type == "cuda":
+        torch.set_float32_matmul_precision("high")  # TF32, several times as fast
+    net = TorchLagNet(config.width, *scales(train), seed, config.precision).to(device)
     if start is not None:
         net.load_weights(start.net)
     objective = LagObjective(net, train, valid, config)

@@ -10,6 +10,7 @@ from torch import nn
 from hemline.animators.coarse.features.columns import DYNAMIC, STATIC, VECTOR
 from hemline.animators.coarse.proxy_on_body import Cells
 from hemline.animators.lag.lag_net import LagNet, layer_sizes
+from hemline.learning.fit.device import frame_room
 
 from .lag_samples import ALL, GarmentSamples, Selection
 
@@ -30,7 +31,7 @@ class TorchLagNet(nn.Module):
             scale = 0.0 if name == "fourth" else (2 / rows) ** 0.5
             self.weights[name] = nn.Parameter(scale * torch.randn(rows, columns, generator=generator))
             self.biases[name] = nn.Parameter(torch.zeros(columns))
-        self.mean, self.spread = torch.from_numpy(mean), torch.from_numpy(spread)
+        self.mean, self.spread = nn.Buffer(torch.from_numpy(mean)), nn.Buffer(torch.from_numpy(spread))
 
     def forward(self, static: torch.Tensor, features: torch.Tensor, cells: "TorchCells") -> torch.Tensor:
         """Predicts displacements (frames, verts, 3) [m].
@@ -64,10 +65,11 @@ class TorchLagNet(nn.Module):
 
     def to_runtime(self) -> LagNet:
         """Returns the network for run time, with the scales of features folded into its weights."""
-        arrays = {name: weight.detach().numpy().copy() for name, weight in self.weights.items()}
-        biases = {name: bias.detach().numpy().copy() for name, bias in self.biases.items()}
-        biases["first"] -= (self.mean.numpy() / self.spread.numpy()) @ arrays["first"]
-        arrays["first"] /= self.spread.numpy()[:, None]
+        arrays = {name: weight.detach().cpu().numpy().copy() for name, weight in self.weights.items()}
+        biases = {name: bias.detach().cpu().numpy().copy() for name, bias in self.biases.items()}
+        mean, spread = self.mean.cpu().numpy(), self.spread.cpu().numpy()
+        biases["first"] -= (mean / spread) @ arrays["first"]
+        arrays["first"] /= spread[:, None]
         return LagNet(arrays, biases)
 
 
@@ -81,9 +83,9 @@ class TorchCells:
     shares: torch.Tensor
 
     @classmethod
-    def of(cls, cells: Cells) -> "TorchCells":
-        """Converts the cells of a garment from NumPy to torch."""
-        arrays = (torch.from_numpy(each) for each in (cells.cell, cells.near, cells.shares))
+    def of(cls, cells: Cells, device: torch.device) -> "TorchCells":
+        """Copies the cells of a garment to a device."""
+        arrays = (torch.from_numpy(each).to(device) for each in (cells.cell, cells.near, cells.shares))
         return cls(cells.count, *arrays)
 
     def at(self, ends: np.ndarray) -> "TorchCells":
@@ -92,7 +94,7 @@ class TorchCells:
 
     def mean(self, h: torch.Tensor) -> torch.Tensor:
         """Averages the features of the vertices of each cell."""
-        sums = torch.zeros(h.shape[0], self.count, h.shape[2]).index_add(1, self.cell, h)
+        sums = h.new_zeros(h.shape[0], self.count, h.shape[2]).index_add(1, self.cell, h)
         sizes = torch.bincount(self.cell, minlength=self.count).clamp(min=1)
         return sums / sizes[:, None]
 
@@ -112,8 +114,16 @@ class LagObjective:
 
     def __init__(self, net: TorchLagNet, train: Sequence[GarmentSamples], valid: Sequence[GarmentSamples], config):
         self.net, self.config = net, config
-        self.train, self.valid = [_TorchSamples(each) for each in train], [_TorchSamples(each) for each in valid]
-        self._dynamic, self._static = DYNAMIC.mirror(), STATIC.mirror()
+        self.device = net.mean.device
+        self.train, self.valid = ([_TorchSamples(each, self.device) for each in some] for some in (train, valid))
+        room = frame_room(self.device)
+        for each in (*self.train, *self.valid):
+            room -= each.byte_count
+            if room > 0:
+                each.keep()
+        self._dynamic, self._static = (
+            tuple(torch.from_numpy(part).to(self.device) for part in table.mirror()) for table in (DYNAMIC, STATIC)
+        )
         chunks = [
             (number, first)
             for number, each in enumerate(train)
@@ -155,7 +165,7 @@ class LagObjective:
     def errors(self, all_samples: Sequence[GarmentSamples]) -> list[float]:
         """Returns the mean distance of vertices of each garment [m]."""
         with torch.no_grad():
-            return [float(self._error(_TorchSamples(each))) for each in all_samples]
+            return [float(self._error(_TorchSamples(each, self.device))) for each in all_samples]
 
     def _error(self, ready: "_TorchSamples", every: int = 1) -> torch.Tensor:
         frames = np.arange(0, ready.count, every)
@@ -176,10 +186,10 @@ class LagObjective:
             features[..., DYNAMIC["beginning"]] = 0
         if mirrored:
             order, signs = self._static
-            static = static[:, order] * torch.from_numpy(signs)
+            static = static[:, order] * signs
             order, signs = self._dynamic
-            features = features[..., order] * torch.from_numpy(signs)
-            truth = truth * torch.from_numpy(VECTOR)
+            features = features[..., order] * signs
+            truth = truth * torch.from_numpy(VECTOR).to(self.device)
         errors = self.net(static, features, ready.cells.at(ends)) - truth
         loss = _length(errors).mean()
         if self.config.edge_weight:
@@ -216,21 +226,49 @@ class _FrameDraw:
 
 
 class _TorchSamples:
-    """The samples of a garment as tensors."""
+    """The samples of a garment as tensors on a device.
 
-    def __init__(self, samples: GarmentSamples):
-        self._samples = samples
+    On the processor, frames are read from their file each time. The memory of another device holds them in half
+    precision, as the file does, if it has room.
+    """
+
+    def __init__(self, samples: GarmentSamples, device: torch.device):
+        self._samples, self._device = samples, device
         self.count = len(samples)
-        self.static = torch.from_numpy(np.array(samples.frames.static))
-        self.cells = TorchCells.of(samples.frames.cells)
+        self.static = torch.from_numpy(np.array(samples.frames.static)).to(device)
+        self.cells = TorchCells.of(samples.frames.cells, device)
         self.edges = samples.frames.edges
+        self._kept: dict[str, torch.Tensor] = {}
+
+    def keep(self) -> None:
+        """Copies all frames to the device."""
+        for name in ("features", "displacements", "turns"):
+            whole = np.asarray(getattr(self._samples.frames, name)[self._samples.rows], np.float16)
+            self._kept[name] = torch.from_numpy(whole).to(self._device)
+
+    @property
+    def byte_count(self) -> int:
+        """Memory that `keep` takes [bytes]."""
+        frames = self._samples.frames
+        return self.count * 2 * sum(each.shape[1] * each.shape[2] for each in (frames.features, frames.turns))
 
     def features(self, frames: np.ndarray, ends: Selection = ALL) -> torch.Tensor:
-        return torch.from_numpy(self._samples.features(frames, ends))
+        """Returns the features of some vertices in some frames, see `GarmentSamples.features`."""
+        return self._some("features", frames, ends)
 
     def displacements(self, frames: np.ndarray, ends: Selection = ALL) -> torch.Tensor:
-        return torch.from_numpy(self._samples.displacements(frames, ends))
+        """Returns the displacements of the truth from skinning [m], see `GarmentSamples.displacements`."""
+        return self._some("displacements", frames, ends)
 
     def turns(self, frames: np.ndarray, ends: Selection, mirrored: bool) -> torch.Tensor:
-        turns = self._samples.turns(frames, ends)
-        return torch.from_numpy(turns * np.array([1, 1, -1, -1], np.float32) if mirrored else turns)
+        """Returns the rotations of vertices, wxyz, or those of their mirror images."""
+        turns = self._some("turns", frames, ends)
+        return turns * turns.new_tensor([1, 1, -1, -1]) if mirrored else turns
+
+    def _some(self, name: str, frames: np.ndarray, verts: Selection) -> torch.Tensor:
+        kept = self._kept.get(name)
+        if kept is None:
+            return torch.from_numpy(getattr(self._samples, name)(frames, verts)).to(self._device)
+        rows = torch.from_numpy(np.asarray(frames)).to(self._device)
+        columns = verts if isinstance(verts, slice) else torch.from_numpy(np.asarray(verts)).to(self._device)
+        return (kept[rows] if isinstance(columns, slice) else kept[rows[:, None], columns]).float()

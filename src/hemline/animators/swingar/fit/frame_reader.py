@@ -6,6 +6,7 @@ import numpy as np
 import torch
 
 from hemline.arrays import Int
+from hemline.learning.fit.device import frame_room
 
 from .frame_tensors import FrameTensors
 from .samples import TrainingSamples
@@ -14,8 +15,6 @@ HALF_PRECISION = ("motion", "features", "turns")
 """Fields that a device keeps in half precision, as files of frames do."""
 READERS = 8
 """Number of threads that read frames for a device."""
-ROOM = 0.7
-"""Fraction of the free memory of a device that frames may occupy."""
 
 
 class FrameReader:
@@ -27,7 +26,7 @@ class FrameReader:
     Args:
         samples: The training set.
         device: The device.
-        room: Memory that frames may occupy [bytes]; None: `ROOM` of what a GPU has free, and none on the processor.
+        room: Memory that frames may occupy [bytes]; None for that of `frame_room`.
     """
 
     def __init__(self, samples: TrainingSamples, device: torch.device, room: int | None = None):
@@ -35,7 +34,7 @@ class FrameReader:
         self._rows = row_numbers(samples)
         self._kept: dict[int, FrameTensors] = {}
         if room is None:
-            room = int(ROOM * torch.cuda.mem_get_info(device)[0]) if device.type == "cuda" else 0
+            room = frame_room(device)
         if room:
             self._fill(room)
 

@@ -207,9 +207,7 @@ class _Rings:
     back: Tensor
     """Number of the slot, of all, in which the vertex of a slot has this slot's vertex (verts, slots)."""
     vertices: Tensor
-    """`ring`, int32."""
-    slots: Tensor
-    """Number of each slot, -1 for one that is left over, int32."""
+    """`ring`, -1 for a slot that is left over, int32."""
     back_slots: Tensor
     """`back`, -1 for a slot that is left over, int32."""
 
@@ -224,8 +222,7 @@ class _Rings:
             order = np.lexsort((rows, columns))  # the pairs of vertices are the same in either order
             back = np.zeros(ring.shape, np.int64)
             back[rows, slots] = (rows * ring.shape[1] + slots)[order]
-            own = np.where(real > 0, np.arange(ring.size).reshape(ring.shape), -1)
-            parts = ring, real, back, ring, own, np.where(real > 0, back, -1)
+            parts = ring, real, back, np.where(real > 0, ring, -1), np.where(real > 0, back, -1)
             ring_at, real_at, back_at, *compiled = (torch.from_numpy(each).to(device) for each in parts)
             copies[device] = cls(ring_at, real_at, back_at, *(each.int() for each in compiled))
         return copies[device]
@@ -276,22 +273,34 @@ def has_triton() -> bool:
     return find_spec("triton") is not None
 
 
-def _sum_over_rings(attention: Tensor, features: Tensor, rings: _Rings) -> Tensor:
-    """Sums up the features of each ring, weighted by attention (frames, heads, verts, width)."""
-    if features.device.type == "cuda" and has_triton():
-        from .ring_sums import SumOverRings
-
-        return SumOverRings.apply(attention, features, rings.vertices, rings.slots, rings.back_slots)
-    return _SumOverRings.apply(attention, features, rings)
+def is_compiled_on(device: torch.device) -> bool:
+    """Tells whether Triton compiles the attention for a device."""
+    return device.type == "cuda" and has_triton()
 
 
-def _project(layer: GatLn, x: Tensor, scale: Tensor | None, extra: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
-    """Returns the projected features of each head (frames, heads, verts, outputs), and their products with the two
-    vectors of the layer (frames, heads, verts)."""
+class _Add(torch.autograd.Function):
+    """Adds two tensors of any strides into one that is contiguous, which saves a copy of the sum."""
+
+    @staticmethod
+    def forward(ctx: Any, one: Tensor, other: Tensor) -> Tensor:
+        ctx.shapes = one.shape, other.shape
+        return torch.add(one, other, out=one.new_empty(torch.broadcast_shapes(*ctx.shapes)))
+
+    @staticmethod
+    def backward(ctx: Any, *backs: Tensor) -> Any:
+        return tuple(backs[0].sum_to_size(shape) for shape in ctx.shapes)
+
+
+def _project(layer: GatLn, x: Tensor, scale: Tensor | None, extra: Tensor | None) -> Tensor:
+    """Returns the projected features of each head, their products with the two vectors of the layer, and zeros up to a
+    multiple of four columns (frames, heads, verts, columns), contiguous."""
 
     def with_products(weights: Tensor) -> Tensor:
-        """Appends the products as two columns, so that one large product makes all of them."""
-        return torch.cat([weights, weights @ layer.vectors.transpose(1, 2)], dim=2)
+        """Appends the products as two columns, so that one large product makes all of them, and then zeros, so that
+        rows begin at multiples of 16 bytes."""
+        products = weights @ layer.vectors.transpose(1, 2)
+        nothing = weights.new_zeros((*weights.shape[:2], -(weights.shape[2] + 2) % 4))
+        return torch.cat([weights, products, nothing], dim=2)
 
     weights = with_products(layer.weights)
     heads, inputs, outputs = weights.shape
@@ -303,15 +312,14 @@ def _project(layer: GatLn, x: Tensor, scale: Tensor | None, extra: Tensor | None
         projected = (x if scale is None else x * scale[:, None, None, :]) @ weights
     if extra is not None and extra.shape[-1]:
         joined = extra @ with_products(layer.extra_weights).transpose(0, 1).reshape(-1, heads * outputs)
-        projected = projected + joined.unflatten(-1, (heads, outputs)).transpose(1, 2)
-    projected = projected.contiguous()
-    return projected[..., :-2], projected[..., -2], projected[..., -1]
+        return _Add.apply(projected, joined.unflatten(-1, (heads, outputs)).transpose(1, 2))
+    return projected.contiguous()
 
 
 def gather_attention(
     layer: GatLn, graph: Graph, x: Tensor, scale: Tensor | None = None, extra: Tensor | None = None
 ) -> Tensor:
-    """Applies a layer in plain torch, on rings of equal length. Devices without compiled kernels use it.
+    """Applies a layer on rings of equal length, by Triton where it is, otherwise in plain torch.
 
     Args:
         layer: The layer.
@@ -323,15 +331,22 @@ def gather_attention(
     Returns:
         Features (frames, groups, verts, outputs), each between -1 and 1.
     """
-    rings = _Rings.of(graph, x.device)
-    projected, center, neighbour = _project(layer, x, scale, extra)
+    rings, width = _Rings.of(graph, x.device), layer.weights.shape[2]
+    table = _project(layer, x, scale, extra)
+    lengths = layer.vectors.square().sum((1, 2)).sqrt()
+    if is_compiled_on(x.device):
+        from .ring_attention import RingAttention
+
+        alone = layer.groups == len(layer.weights)
+        gathered = RingAttention.apply(table, lengths, rings.vertices, rings.back_slots, width, layer.alpha, alone)
+        return gathered if alone else torch.tanh(gathered.unflatten(1, (layer.groups, -1)).mean(2))
+    projected, center, neighbour = table[..., :width], table[..., width], table[..., width + 1]
     scores = center[..., None] * rings.real + _Spread.apply(neighbour, rings)
     if layer.alpha is not None:
         squares = torch.linalg.vector_norm(projected, dim=-1).square()
-        lengths = layer.vectors.square().sum((1, 2)).sqrt()[:, None]
-        bound = lengths * (_Spread.apply(squares, rings).amax(-1) + squares).sqrt()
+        bound = lengths[:, None] * (_Spread.apply(squares, rings).amax(-1) + squares).sqrt()
         norms = scores.square().sum(-1).sqrt()
         scores = layer.alpha * scores / torch.maximum(norms, bound).clamp(min=float(MIN_DIVISOR))[..., None]
     scores = torch.nn.functional.leaky_relu(scores, float(LEAKY_SLOPE)).masked_fill(rings.real == 0, -torch.inf)
-    gathered = _sum_over_rings(scores.softmax(-1), projected, rings)
+    gathered = _SumOverRings.apply(scores.softmax(-1), projected, rings)
     return torch.tanh(gathered.unflatten(1, (layer.groups, -1)).mean(2))
