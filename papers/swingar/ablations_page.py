@@ -1,12 +1,11 @@
 """Writes papers/swingar/pages/ablations.md: `python -m papers.swingar.ablations_page`, after `ablations.py`."""
 
 import json
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from papers.swingar.ablations import HIDDEN, LEARNED
-from papers.swingar.ablations_graph import FRAMES, GRAPH, PLAIN, TERMS
+from papers.swingar.ablations_graph import GRAPH, PLAIN, TERMS
 
 ROOT = Path(__file__).parents[2]
 ROWS = ROOT / "benchmarks" / "results" / "swingar_ablations.jsonl"
@@ -26,8 +25,6 @@ FIG_9 = {
     "no Lipschitz normalisation": "the most, unstable",
 }
 """Statements of the paper on its plots, which have no numbers in the text."""
-GROUP = 100 * FRAMES
-"""Number of frames in an epoch of the graph network."""
 
 
 def page(rows: list[dict[str, Any]]) -> str:
@@ -38,8 +35,8 @@ def page(rows: list[dict[str, Any]]) -> str:
     return f"""# Ablations of SwinGar and lag
 
 `python -m papers.swingar.ablations_page` writes this page from the results of `ablations.py`. The paper is Li et al.,
-"SwinGar", 2023. All variants are trained alike from scratch with one seed. Errors are mean distances of the vertices of
-proxies on takes that they have not seen ([the takes](notes.md#test-sets)). {sets}
+"SwinGar", 2023. All variants are trained alike from scratch. Errors are mean distances of the vertices of proxies on
+takes that they have not seen ([the takes](notes.md#test-sets)). {sets}
 Budgets are small: these are not the errors of the shipped models, and differences below a millimetre mean nothing.
 {_lag(lag) if lag else ""}{_graph(graph, "" if same else _beside(rows, graph[0]["mark"])) if graph else ""}
 [Collisions](collisions.md) has Tables II and III of the paper, with our projection. The speed of Table V, measured by
@@ -89,9 +86,10 @@ def _lag(rows: list[dict[str, Any]]) -> str:
 
 
 def _graph(found: list[dict[str, Any]], beside: str) -> str:
-    rows, epochs = {row["variant"]: row for row in found}, found[0]["budget"]["graph"]
+    budget, rows = found[0]["budget"], {name: _mean(found, name) for name in {row["variant"] for row in found}}
+    seeds = len({row.get("seed", 0) for row in found})
     missing = [name for name in (*GRAPH, *TERMS) if name not in rows]
-    left = f"Not measured yet: {', '.join(missing)}." if missing else ""
+    left = f"Not measured: {', '.join(missing)}." if missing else ""
     head = "| variant | mean, mm | normals, degrees | paper, cm | paper, degrees |\n|---|---|---|---|---|\n"
     first = "".join(
         f"| {_name(name)} | {rows[name]['error_mm']:.1f} | {rows[name]['normals_deg']:.1f} | {cm:.2f} | {deg:.2f} |\n"
@@ -99,10 +97,10 @@ def _graph(found: list[dict[str, Any]], beside: str) -> str:
         if name in rows
     )
     return f"""
-## The graph network, {epochs} epochs of {GROUP} frames
-{_made(found)} These are errors of the coarse predictor with lean sizes. It begins as skinning with
-{found[0]["skinned_mm"]:.1f} mm, averaged over garments and bodies. The paper trains for five days on two GPUs, on a set
-of its own. {left}{beside}
+## The graph network, {budget["graph"]} epochs of up to {budget["graph_frames"]:,} frames
+{_made(found)} These are errors of the coarse predictor with lean sizes, means of {seeds} seeds. Skinning has
+{_mean(found, PLAIN)["skinned_mm"]:.1f} mm, averaged over garments and bodies. The best epoch was chosen by other
+subjects on garments of the training. The paper trains for five days on two GPUs, on a set of its own. {left}{beside}
 
 ### Table I: the descriptor
 {head}{first}
@@ -111,14 +109,28 @@ of its own. {left}{beside}
 ### Figs. 8 and 9: Lipschitz normalisation
 {_errors(rows, FIG_9)}
 ### Lag features, which the paper does not have
-{_errors(rows, {PLAIN: "", "no lag features": ""})}{_terms(rows, epochs)}
-With one seed, a variant gets worse by up to {_rise(found):.1f} mm from one epoch to the next, so that smaller
-differences say little.
+{_errors(rows, {PLAIN: "", "no features, as printed": ""})}{_terms(rows, budget["graph"])}
+{_spread(found)}
 
-### Held-out error after each epoch, mm
-| variant | {" | ".join(map(str, range(1, epochs + 1)))} |
-{"|---" * (1 + epochs)}|
-{"".join(_curve(rows[name]) for name in GRAPH if name in rows)}"""
+### What training did
+How far the vectors of the attention scores moved, relative to their length at the start, and the error on the
+validation set at the start and in the best epoch, mean over seeds.
+
+| variant | attention moved, % | start, mm | best epoch, mm |
+|---|---|---|---|
+{"".join(_learned(rows[name]) for name in (*GRAPH, *TERMS) if name in rows)}"""
+
+
+def _mean(found: list[dict[str, Any]], name: str) -> dict[str, Any]:
+    """Returns the row of a variant, averaged over its seeds."""
+    own = [row for row in found if row["variant"] == name]
+    numbers = [key for key, value in own[0].items() if isinstance(value, int | float) and key != "seed"]
+    mean = {key: sum(row[key] for row in own) / len(own) for key in numbers}
+    return (
+        own[0]
+        | mean
+        | {"curve_mm": [sum(each) / len(own) for each in zip(*(row["curve_mm"] for row in own), strict=True)]}
+    )
 
 
 def _name(name: str) -> str:
@@ -156,14 +168,24 @@ counted for the network alone and after Eq. 10, without our projection. In the p
 {lines}"""
 
 
-def _rise(rows: list[dict[str, Any]]) -> float:
-    """Returns the largest rise of a curve from one epoch to the next [mm]."""
-    return max(now - before for row in rows for before, now in pairwise(row["curve_mm"]))
+def _spread(rows: list[dict[str, Any]]) -> str:
+    """Returns a sentence on how far seeds are apart."""
+    by_name: dict[str, list[float]] = {}
+    for row in rows:
+        by_name.setdefault(row["variant"], []).append(row["error_mm"])
+    apart = [max(each) - min(each) for each in by_name.values() if len(each) > 1]
+    if not apart:
+        return "With one seed, differences below a millimetre mean nothing."
+    return (
+        f"Two seeds of a variant differ by {sum(apart) / len(apart):.1f} mm on average and by {max(apart):.1f} mm at "
+        "most, so that smaller differences of their means say little."
+    )
 
 
-def _curve(row: dict[str, Any]) -> str:
-    """Returns a line of the table of curves."""
-    return f"| {row['variant']} | {' | '.join(f'{each:.1f}' for each in row['curve_mm'][1:])} |\n"
+def _learned(row: dict[str, Any]) -> str:
+    """Returns a line of the table of what training did."""
+    curve = row["curve_mm"]
+    return f"| {row['variant']} | {row['attention_moved_percent']:.0f} | {curve[0]:.1f} | {min(curve):.1f} |\n"
 
 
 def main() -> None:
