@@ -21,6 +21,7 @@ from hemline.bench.machine import commit, machine
 from hemline.datasets import Dataset, Take, open_dataset
 from hemline.garments import Garment
 from hemline.garments.proxy.coarser import coarser_garment
+from hemline.metrics import normal_errors_deg
 from hemline.sim import SimSettings, simulate
 from papers.swingar.unseen import LOOSE_MM, Rest, apart_mm
 
@@ -46,18 +47,36 @@ def spread(data: Dataset, settings: SimSettings) -> dict[str, Any]:
     for name, other, kept, how in changed(garment, settings):
         start = data.rest(shaped.betas) if other is garment else None
         again = simulate(other.dressed(shaped), shaped, clip, how, start=start)
-        found[name] = means(take, again, kept) | {"vertices": len(kept)}
+        found[name] = means(take, again, kept, garment.faces) | {"vertices": len(kept)}
         print(f"{garment.name:16s} {name:18s} {found[name]['mean_mm']:.1f}", flush=True)
     kind = "loose" if rest.gap_mm > LOOSE_MM else "close-fitting"
     clips = {"clip": take.motion.name, "frames": len(take.clip_frames)}
     return {"garment": garment.name, "class": kind, "gap_mm": rest.gap_mm, "changed": found} | clips
 
 
-def means(take: Take, again: Take, kept: np.ndarray) -> dict[str, float]:
-    """Returns the mean distance of vertices and the largest mean of a frame [mm], over common frames."""
-    frames = zip(take.clip_frames, again.clip_frames, strict=False)
-    errors = [apart_mm(again.vertices[there], take.vertices[here][kept]) for here, there in frames]
-    return {"mean_mm": float(np.mean(errors)), "worst_frame_mm": float(np.max(errors))}
+def means(take: Take, again: Take, kept: np.ndarray, faces: np.ndarray) -> dict[str, float]:
+    """Returns how far two simulations are apart over common frames.
+
+    Args:
+        take: The first simulation.
+        again: The second one.
+        kept: Index in the first garment of each vertex of the second.
+        faces: Triangles of the first garment.
+
+    Returns:
+        Mean distance of vertices and the largest mean of a frame [mm]; if both have the same mesh, also the mean angle
+        between normals [degrees].
+    """
+    frames = [(take.vertices[here], again.vertices[there]) for here, there in _common(take, again)]
+    errors = [apart_mm(other, one[kept]) for one, other in frames]
+    found = {"mean_mm": float(np.mean(errors)), "worst_frame_mm": float(np.max(errors))}
+    if len(kept) == take.vertices.shape[1]:
+        found["normals_deg"] = float(np.mean([np.nanmean(normal_errors_deg(b, a, faces)) for a, b in frames]))
+    return found
+
+
+def _common(take: Take, again: Take) -> Iterator[tuple[int, int]]:
+    return zip(take.clip_frames, again.clip_frames, strict=False)
 
 
 def main() -> None:
