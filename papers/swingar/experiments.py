@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hemline.bench.machine import commit
-from papers.swingar.summary import newest, write_page
+from papers.swingar.summary import MODELS, newest, write_page
 
 ROOT = Path(__file__).parents[2]
 """Root of the checkout, where experiments run as modules."""
@@ -105,7 +105,7 @@ def steps(folder: Path) -> Iterator[Step]:
     def experiment(name: str, *words: str) -> tuple[str, ...]:
         return (sys.executable, "-m", f"papers.swingar.{name}", *words)
 
-    models = ("--model", "lag", "--model", "live")
+    models = [word for name in MODELS for word in ("--model", name)]
     for name, output in (("unseen", "unseen"), ("beyond", "unseen_bodies")):
         file = RESULTS / f"{output}.json"
         yield Step(name, experiment("unseen", *takes(name), *models, "-o", str(file)), file)

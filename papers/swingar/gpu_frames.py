@@ -16,6 +16,7 @@ from hemline.animators.swingar.estimator_config import EstimatorConfig
 from hemline.animators.swingar.fit.estimator import Estimator
 from hemline.animators.swingar.fit.fit_graph import DISPLACEMENT_WIDTH
 from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX
+from hemline.bench.machine import commit
 from hemline.learning.fit.device import usable_device
 from tests.animators.swingar.swingar_samples import graph_of, inputs
 
@@ -76,7 +77,7 @@ def main() -> None:
             for frames in options.batches:
                 ms = measure(config, SHEETS[count], frames, device, options.runs)
                 row = {"network": name, "vertices": count, "batch": frames, "frame_ms": ms, "frames_per_s": 1e3 / ms}
-                print(json.dumps(row | {"machine": machine}), flush=True)
+                print(json.dumps(row | {"machine": machine, "commit": commit()}), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Measures how far models are from the simulation on garments that they were not fitted to, by class of garment.
 
     python -m papers.swingar.unseen TAKES... --model swingar --model lag --model live \\
-        -o benchmarks/results/unseen.json
+        --model "lag, trained alike"=FILE -o benchmarks/results/unseen.json
 
 TAKES are datasets of test garments, subjects and bodies that `python -m hemline.models.make.swingar_takes` made. The
 baselines are the settled garment skinned with the weights of the nearest skin, skinned with the soft weights of `lag`
@@ -153,16 +153,18 @@ def main() -> None:
     """Evaluates all garments, prints and writes the rows."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("takes", nargs="+", type=Path)
-    parser.add_argument("--model", action="append", default=[])
+    parser.add_argument("--model", action="append", default=[], help="a shipped model, or LABEL=FILE")
     parser.add_argument("--most", type=int, default=100, help="takes of each garment at most")
     parser.add_argument("-o", "--output", type=Path)
     given = parser.parse_args()
-    models, rows = {Path(name).stem: load(name) for name in given.model}, []
-    models |= {
+    shipped = {name: load(name) for name in given.model if "=" not in name}
+    named = {label: load(file) for label, _, file in (name.partition("=") for name in given.model if "=" in name)}
+    skinned = {
         f"{name}, begins skinned": each.with_simulated_start(0.0)
-        for name, each in models.items()
+        for name, each in shipped.items()
         if each.name in ("lag", "swingar")
     }
+    models, rows = shipped | named | skinned, []
     for folder in given.takes:
         try:
             data = open_dataset(folder)
