@@ -17,6 +17,7 @@ from hemline.animators.swingar.estimator_config import (
     weight_shapes,
 )
 from hemline.animators.swingar.graph import Graph
+from hemline.learning.fit.device import full_precision
 
 from .layers import GatLn, condense_heads
 
@@ -194,7 +195,7 @@ class Estimator(nn.Module):
         hidden = cell = meshes.new_zeros(())
         for step in range(MESHES):
             mesh = meshes[:, step]
-            features = torch.cat([mesh, torch.cdist(mesh, joints[:, step])], dim=-1)
+            features = torch.cat([mesh, _distances(mesh, joints[:, step])], dim=-1)
             gates = self.mesh_gates(graph, features[:, None])
             if step:
                 gates = gates + self.hidden_gates(graph, hidden[:, None])
@@ -213,8 +214,14 @@ def blend_skin(weights: Tensor, transforms: Tensor, points: Tensor) -> Tensor:
         transforms: Skinning transforms of the joints (frames, joints, 3, 4) [m].
         points: Vertices at rest (verts, 3), or those of each frame (frames, verts, 3) [m].
     """
-    blended = (weights @ transforms.flatten(2)).unflatten(2, (3, 4))
-    return (blended[..., :3] @ points[..., None])[..., 0] + blended[..., 3]
+    with full_precision():
+        blended = (weights @ transforms.flatten(2)).unflatten(2, (3, 4))
+        return (blended[..., :3] @ points[..., None])[..., 0] + blended[..., 3]
+
+
+def _distances(points: Tensor, others: Tensor) -> Tensor:
+    """Returns the distances of points (frames, verts, 3) to others (frames, joints, 3), not by way of products."""
+    return torch.cdist(points, others, compute_mode="donot_use_mm_for_euclid_dist")
 
 
 def rotate(turns: Tensor, vectors: Tensor) -> Tensor:

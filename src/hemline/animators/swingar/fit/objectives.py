@@ -11,6 +11,7 @@ from torch import Tensor
 from hemline.animators.coarse.features.columns import VECTOR
 from hemline.animators.swingar.garment_sample import GarmentSample
 from hemline.arrays import Int
+from hemline.learning.fit.device import full_precision
 from hemline.learning.mirror import opposite_joints
 
 from .estimator import Estimator, GarmentCode
@@ -204,10 +205,11 @@ class CorrectiveObjective(_StageObjective):
         times = np.concatenate([self.data.before[chosen][:, ::-1], chosen[:, None]], axis=1)
         rows = torch.from_numpy(self._rows[times]).to(self._device)
         known = self._known[number]
-        meshes, joints, heading = known.meshes[rows].float(), known.joints[rows], known.heading[rows]
-        # rotates all three into the heading of the last
-        turn = heading[:, -1:].transpose(2, 3) @ heading
-        meshes, joints = (each @ turn.transpose(2, 3) for each in (meshes, joints))
+        meshes, joints, heading = known.meshes[rows], known.joints[rows], known.heading[rows]
+        with full_precision():
+            # rotates all three into the heading of the last
+            turn = heading[:, -1:].transpose(2, 3) @ heading
+            meshes, joints = (each @ turn.transpose(2, 3) for each in (meshes, joints))
         if mirrored:
             image = torch.from_numpy(VECTOR).to(self._device)
             meshes, joints = meshes * image, joints[:, :, opposite_joints()] * image
@@ -220,7 +222,7 @@ class CorrectiveObjective(_StageObjective):
             frames = self._reader.read(members[first : first + self.groups.frames])
             with torch.no_grad():
                 made = _coarse(self.estimator, self._codes[number], frames)
-            parts.append((made.half(), frames.joints, frames.heading))
+            parts.append((made, frames.joints, frames.heading))
         return _CoarseFrames(*(torch.cat(each) for each in zip(*parts, strict=True)))
 
 
@@ -229,7 +231,7 @@ class _CoarseFrames:
     """Coarse meshes of all samples of a garment."""
 
     meshes: Tensor
-    """Vertices (samples, verts, 3) [m], float16."""
+    """Vertices (samples, verts, 3) [m]. Their changes are enlarged, so that half precision would not do."""
     joints: Tensor
     """Positions of the joints (samples, joints, 3) [m]."""
     heading: Tensor
