@@ -28,21 +28,31 @@ FIG_9 = {
 
 
 def page(rows: list[dict[str, Any]]) -> str:
-    """Returns the page, with the rows of each network that share the most common set of takes."""
-    lag, graph = (_most(rows, network) for network in ("lag", "graph"))
-    same = lag and graph and lag[0]["mark"] == graph[0]["mark"]
-    sets = "Both networks have the same takes." if same else "Each network has takes of its own."
+    """Returns the page, with one section for each set of takes and budget; the largest budget comes first."""
+    by_mark: dict[str, list[dict[str, Any]]] = {}
+    for row in rows:
+        if row["network"] == "graph":
+            by_mark.setdefault(row["mark"], []).append(row)
+    sets = sorted(by_mark.values(), key=lambda each: _shown(each[0]["budget"]), reverse=True)
     return f"""# Ablations of SwinGar and lag
 
 `python -m papers.swingar.ablations_page` writes this page from the results of `ablations.py`. The paper is Li et al.,
-"SwinGar", 2023. All variants are trained alike from scratch. Errors are mean distances of the vertices of proxies on
-takes that they have not seen ([the takes](notes.md#test-sets)). {sets}
-Budgets are small: these are not the errors of the shipped models, and differences below a millimetre mean nothing.
-{_lag(lag) if lag else ""}{_graph(graph, "" if same else _beside(rows, graph[0]["mark"])) if graph else ""}
-[Collisions](collisions.md) has Tables II and III of the paper, with our projection. The speed of Table V, measured by
-`throughput.py`, is in the [notes](notes.md#the-speed-of-swingar). A frame of the paper, of 10,000 vertices, takes 26 ms
-on a GPU (38.1 frames a second, 307.8 in batches).
+"SwinGar", 2023. All variants of a section are trained alike from scratch. Errors are mean distances of the vertices of
+proxies on takes that they have not seen ([the takes](notes.md#test-sets)).
+{"".join(_graph(each, _beside(rows, each[0]["mark"])) for each in sets if len(each) > 2)}{_lag(_most(rows, "lag"))}
+[Collisions](collisions.md) has Tables II and III of the paper, with our projection. [Experiments](experiments.md) has
+the speed of a frame on a GPU, of Table V.
 """
+
+
+def _shown(budget: dict[str, Any]) -> int:
+    """Returns the number of frames that each variant was shown, at most."""
+    return budget["graph"] * _epoch(budget)
+
+
+def _epoch(budget: dict[str, Any]) -> int:
+    """Returns the number of frames in an epoch of the graph network; early results do not say it."""
+    return budget.get("graph_frames", 400)
 
 
 def _most(rows: list[dict[str, Any]], network: str) -> list[dict[str, Any]]:
@@ -96,29 +106,63 @@ def _graph(found: list[dict[str, Any]], beside: str) -> str:
         for name, (cm, deg) in TABLE_I.items()
         if name in rows
     )
+    chosen = (
+        "The best epoch was chosen by other subjects on garments of the training, apart from the takes of the errors."
+        if "chosen_mm" in found[0]
+        else "The best epoch was chosen by the same takes that the errors are of."
+    )
+    parts = [
+        ("### Table I: the descriptor", head + first),
+        ("### Fig. 12: its size", _errors(rows, FIG_12)),
+        ("### Figs. 8 and 9: Lipschitz normalisation", _errors(rows, FIG_9)),
+        (
+            "### Lag features, which the paper does not have",
+            _errors(rows, dict.fromkeys((PLAIN, "no features, as printed", "no lag features"), "")),
+        ),
+        (
+            "### Table II: vertices inside the body, % of the network's own output",
+            _inside(rows),
+        ),
+    ]
+    body = "\n".join(f"{title}\n{text}" for title, text in parts if text.count("\n") > 3)
     return f"""
-## The graph network, {budget["graph"]} epochs of up to {budget["graph_frames"]:,} frames
-{_made(found)} These are errors of the coarse predictor with lean sizes, means of {seeds} seeds. Skinning has
-{_mean(found, PLAIN)["skinned_mm"]:.1f} mm, averaged over garments and bodies. The best epoch was chosen by other
-subjects on garments of the training. The paper trains for five days on two GPUs, on a set of its own. {left}{beside}
+## The graph network, {budget["graph"]} epochs of up to {_epoch(budget):,} frames
+{_made(found)} These are errors of the coarse predictor with lean sizes, {_seeds(seeds)}. Skinning has
+{_mean(found, PLAIN)["skinned_mm"]:.1f} mm, averaged over garments and bodies. {chosen} The paper trains for five days
+on two GPUs, on a set of its own. {left}{beside}
 
-### Table I: the descriptor
-{head}{first}
-### Fig. 12: its size
-{_errors(rows, FIG_12)}
-### Figs. 8 and 9: Lipschitz normalisation
-{_errors(rows, FIG_9)}
-### Lag features, which the paper does not have
-{_errors(rows, {PLAIN: "", "no features, as printed": ""})}{_terms(rows, budget["graph"])}
+{body}{_terms(rows, budget["graph"])}
 {_spread(found)}
+{_training(rows)}"""
 
+
+def _seeds(count: int) -> str:
+    return "of one seed" if count == 1 else f"means of {count} seeds"
+
+
+def _inside(rows: dict[str, dict[str, Any]]) -> str:
+    """Returns a table of the vertices inside the body, before and after Eq. 10."""
+    lines = [
+        f"| {_name(name)} | {row['inside_percent']:.2f} | {row['handled_percent']:.2f} |\n"
+        for name in GRAPH
+        if (row := rows.get(name)) and "chosen_mm" in row
+    ]
+    return "| variant | before | after Eq. 10, without our projection |\n|---|---|---|\n" + "".join(lines)
+
+
+def _training(rows: dict[str, dict[str, Any]]) -> str:
+    """Returns a table of what training did, for results that say it."""
+    lines = "".join(_learned(rows[name]) for name in (*GRAPH, *TERMS) if "chosen_mm" in rows.get(name, {}))
+    if not lines:
+        return ""
+    return f"""
 ### What training did
-How far the vectors of the attention scores moved, relative to their length at the start, and the error on the
-validation set at the start and in the best epoch, mean over seeds.
+How far the vectors of the attention scores moved, relative to their length at the start, and the error on the takes
+that the best epoch is chosen by.
 
 | variant | attention moved, % | start, mm | best epoch, mm |
 |---|---|---|---|
-{"".join(_learned(rows[name]) for name in (*GRAPH, *TERMS) if name in rows)}"""
+{lines}"""
 
 
 def _mean(found: list[dict[str, Any]], name: str) -> dict[str, Any]:

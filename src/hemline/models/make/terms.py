@@ -43,7 +43,7 @@ TERMS: dict[str, tuple[str, ...]] = {
     "longsleeve-light": (BODY, _mesh("longsleeve"), CMU_TERMS, OWN),
     "trousers-light": (BODY, _mesh("trousers"), CMU_TERMS, OWN),
     "lag": (BODY, TRAINED_ON, CMU_TERMS, OWN),
-    "swingar": (BODY, CMU_TERMS, OWN),
+    "swingar": (BODY, TRAINED_ON, CMU_TERMS, OWN),
     "anny24-sdf": (BODY, CMU_TERMS, OWN),
     "live": (OWN,),
 }
