@@ -44,7 +44,7 @@ def data(tmp_path_factory):
 @pytest.fixture(scope="module")
 def frames(data, tmp_path_factory):
     folder = tmp_path_factory.mktemp("frames")
-    (worn,), (takes,) = walk_takes(data, data.clips(), TakeWalk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
+    (worn,), (takes,) = walk_takes(data, data.clips(), TakeWalk(SIZE, 7, 2), folder, jobs=1, tell=lambda *_: None)
     return worn, [data.take(each) for each in takes], folder
 
 
@@ -59,7 +59,8 @@ def test_it_keeps_the_frames_that_are_wanted_and_two_before_each(frames):
         assert {int(frame) for frame in worn.frame[mine & worn.wanted]} == wanted
     for row in np.flatnonzero(worn.wanted & (worn.frame >= LEAD_IN + 2)):
         assert worn.frame[worn.before[row]].tolist() == [worn.frame[row] - 1, worn.frame[row] - 2]
-        assert (worn.take[worn.before[row]] == worn.take[row]).all()
+        assert (worn.take[worn.before[row]] == worn.take[row]).all() and worn.has_past[row]
+    assert not worn.has_past[worn.frame == LEAD_IN].any()
 
 
 def test_the_truth_is_that_of_the_take_by_either_way(frames):
@@ -120,10 +121,10 @@ def test_what_is_there_is_kept_and_what_is_damaged_is_made_again(data, frames, t
     folder = shutil.copytree(frames[2], tmp_path / "frames")  # a file that is mapped must not become shorter
     (path,) = folder.glob("*.safetensors")
     before, content = path.stat().st_mtime_ns, path.read_bytes()
-    walk_takes(data, data.clips(), TakeWalk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
+    walk_takes(data, data.clips(), TakeWalk(SIZE, 7, 2), folder, jobs=1, tell=lambda *_: None)
     assert path.stat().st_mtime_ns == before
     path.write_bytes(content[: len(content) // 2])
-    walk_takes(data, data.clips(), TakeWalk(SIZE, 7), folder, jobs=1, tell=lambda *_: None)
+    walk_takes(data, data.clips(), TakeWalk(SIZE, 7, 2), folder, jobs=1, tell=lambda *_: None)
     assert path.read_bytes() == content
     walk_takes(data, data.clips(), TakeWalk(SIZE, 6), folder, jobs=1, tell=lambda *_: None)
     assert len(list(folder.glob("*.safetensors"))) == 2
@@ -189,6 +190,7 @@ def test_scales_are_mean_and_spread_of_what_is_learned_from(frames):
     trains = np.arange(len(worn)) % 2 == 0
     samples = TakeSamples.of([worn], [trains], 16)
     mean, spread = samples.scales()
+    np.testing.assert_array_equal(samples.training, np.flatnonzero(trains & worn.wanted))
     rows = samples.training[:: max(1, len(samples.training) // 8)]
     features = samples.frames(rows).features.reshape(-1, len(mean)).astype(np.float64)
     np.testing.assert_allclose(mean, features.mean(0), atol=1e-5)

@@ -36,8 +36,8 @@ class CoarseConfig:
     """Number of frames of one garment in a batch."""
     garments: int = positive(2)
     """Number of garments in a batch."""
-    stride: int = positive(8)
-    """Interval between the frames of a take that are learned, each with the two frames before it [frames]."""
+    stride: int = positive(3)
+    """Interval between the frames of a take that are learned [frames]."""
     evenness: float = not_negative(0.5)
     """Exponent that balances garments: a garment's loss is divided by its skinning error to this power.
     With 0, errors count in millimetres; with 1, they count relative to the skinning error."""
@@ -57,6 +57,11 @@ class CoarseConfig:
 
     def __post_init__(self) -> None:
         check_options(self)
+
+    @property
+    def recent(self) -> int:
+        """Number of frames before each learned one that the training needs as well."""
+        return 0
 
     @property
     def size(self) -> ProxySize:

@@ -6,6 +6,8 @@ from typing import ClassVar, Literal
 from hemline.animators.coarse.config import CoarseConfig
 from hemline.options import not_negative, positive
 
+from .estimator_config import MESHES
+
 Sizes = Literal["lean", "full"]
 
 
@@ -34,3 +36,8 @@ class SwingarConfig(CoarseConfig):
     """Number of epochs of the corrective predictor. With 0 there is no corrective predictor."""
     device: str = "cpu"
     """Device to train on: cpu, or cuda if PyTorch finds a GPU."""
+
+    @property
+    def recent(self) -> int:
+        """Number of frames before each learned one that the training needs, for the corrective predictor."""
+        return MESHES - 1 if self.corrective_epochs else 0

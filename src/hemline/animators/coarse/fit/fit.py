@@ -76,7 +76,7 @@ def fit(
         raise BadDataset(f"{kind.name} needs takes to learn from and takes to choose by", "none", "simulate more clips")
     mark = content_hash(asdict(config) | {"seed": seed, "takes": [each.row.name for each in splits["train"]]})
     with checkpoint_folder(checkpoints) as folder:
-        walk = TakeWalk(config.size, config.stride)
+        walk = TakeWalk(config.size, config.stride, config.recent)
         frames = SplitFrames.of(
             data, splits, walk, folder / "frames", jobs=config.jobs, tell=lambda *done: tell("read", *done)
         )

@@ -48,7 +48,7 @@ class GarmentFrames:
     frame: Int[np.ndarray, " frames"]
     """Number of each frame in its take."""
     wanted: Bool[np.ndarray, " frames"]
-    """Whether a frame is trained on; the others are the two frames before one that is."""
+    """Whether a frame is trained on; the others come before one that is."""
     features: Float[np.ndarray, "frames verts dynamic"]
     """Features that change, see `Trail.features`; float16."""
     turns: Float[np.ndarray, "frames verts 4"]
@@ -108,6 +108,13 @@ class GarmentFrames:
             [row_of.get((take, max(frame - back, 0)), row) for back in (1, 2)] for (take, frame), row in row_of.items()
         ]
         return np.array(rows, np.int64).reshape(-1, 2)
+
+    @cached_property
+    def has_past(self) -> Bool[np.ndarray, " frames"]:
+        """Whether the frames one and two before each are here, too."""
+        here = set(zip(self.take.tolist(), self.frame.tolist(), strict=True))
+        pairs = zip(self.take.tolist(), self.frame.tolist(), strict=True)
+        return np.array([all((take, frame - back) in here for back in (1, 2)) for take, frame in pairs], bool)
 
     @property
     def skinned_mm(self) -> float:

@@ -56,8 +56,9 @@ class SplitFrames:
         return cls(groups, [own[np.asarray(each.take)] for each, own in zip(groups, names, strict=True)])
 
     def part(self, split: str) -> list[tuple[GarmentFrames, Int[np.ndarray, " frames"]]]:
-        """Returns the groups that have frames of one split, each with the rows of these frames."""
-        rows = [(each, np.flatnonzero(own == split)) for each, own in zip(self.groups, self.splits, strict=True)]
+        """Returns the groups that have wanted frames of one split, each with the rows of these frames."""
+        pairs = zip(self.groups, self.splits, strict=True)
+        rows = [(each, np.flatnonzero((own == split) & np.asarray(each.wanted))) for each, own in pairs]
         return [(each, own) for each, own in rows if len(own)]
 
 

@@ -52,7 +52,7 @@ class TakeWalk:
     """Size of the proxies."""
     stride: int
     """Interval between the frames of a clip that are trained on [frames]."""
-    recent: int = 2
+    recent: int = 0
     """Number of frames before each of them that are extracted with it."""
 
 

@@ -40,7 +40,7 @@ class TakeSamples:
     before: Int[np.ndarray, "samples 2"]
     """Samples one and two frames before each; the sample itself if such a frame is missing."""
     has_past: Bool[np.ndarray, " samples"]
-    """Whether the two frames before a sample are samples too, or the sample is at the beginning of its clip."""
+    """Whether the two frames before a sample are samples too."""
     training: Int[np.ndarray, " training"]
     """Samples to train on."""
     validation: Int[np.ndarray, " validation"]
@@ -61,17 +61,19 @@ class TakeSamples:
         """
         counts = [len(each) for each in groups]
         firsts = np.cumsum([0, *counts])[:-1].astype(np.int64)
-        usable, trained = np.concatenate([np.asarray(each.wanted) for each in groups]), np.concatenate(trains)
+        wanted = [np.asarray(each.wanted) for each in groups]
+        learned = [own & each for own, each in zip(trains, wanted, strict=True)]
+        held_out = [~own & each for own, each in zip(trains, wanted, strict=True)]
         return cls(
             groups,
             [_sample_of(each, descriptor) for each in groups],
             firsts,
             np.repeat(np.arange(len(groups)), counts),
             np.concatenate([first + each.before for first, each in zip(firsts, groups, strict=True)]),
-            usable,
-            np.flatnonzero(trained),
-            np.flatnonzero(~trained & usable),
-            np.array([_skinning_error(each, np.flatnonzero(mine)) for each, mine in zip(groups, trains, strict=True)]),
+            np.concatenate([each.has_past for each in groups]),
+            np.flatnonzero(np.concatenate(learned)),
+            np.flatnonzero(np.concatenate(held_out)),
+            np.array([_skinning_error(each, np.flatnonzero(mine)) for each, mine in zip(groups, learned, strict=True)]),
         )
 
     def frames(self, chosen: Int[np.ndarray, " frames"]) -> FrameBatch:

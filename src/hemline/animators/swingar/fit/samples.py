@@ -28,12 +28,12 @@ class TrainingSamples(Protocol):
 
     @property
     def before(self) -> Int[np.ndarray, "samples 2"]:
-        """Samples one and two frames before each; the first sample of a clip precedes itself."""
+        """Samples one and two frames before each; the sample itself if such a frame is missing."""
         ...
 
     @property
     def has_past(self) -> Bool[np.ndarray, " samples"]:
-        """Whether the two frames before a sample are samples too, or the sample is the first of its clip."""
+        """Whether the two frames before a sample are samples too."""
         ...
 
     @property
