@@ -77,6 +77,8 @@ def sets(meshes: list[str], clips: Path) -> Iterator[Takes]:
     short, apart = ("--seconds", "3", "--takes", "2"), tuple(f"{name}.bvh" for name in APART)
     first = tuple(f"{kind}:100@35" for kind in ("dress", "top", "skirt", "trousers"))
     yield Takes("apart", first, (*short, "--seed", SEED_OF_TEST, "--only", *apart))
+    close = ("close-top:100@35", "close-trousers:100@35")
+    yield Takes("apart", close, (*short, "--seed", SEED_OF_TEST, "--only", *apart))
     bodies = ("--betas=3,3", "--betas=-3,-3")
     yield Takes("beyond", first[:2], (*short, "--seed", "9", "--only", *(f"{name}.bvh" for name in BEYOND), *bodies))
 

@@ -115,8 +115,3 @@ class GarmentFrames:
         here = set(zip(self.take.tolist(), self.frame.tolist(), strict=True))
         pairs = zip(self.take.tolist(), self.frame.tolist(), strict=True)
         return np.array([all((take, frame - back) in here for back in (1, 2)) for take, frame in pairs], bool)
-
-    @property
-    def skinned_mm(self) -> float:
-        """Mean distance of the truth from skinning [mm]."""
-        return 1e3 * float(np.linalg.norm(np.asarray(self.displacements, np.float32), axis=2).mean())
