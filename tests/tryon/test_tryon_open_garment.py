@@ -113,6 +113,14 @@ def test_cloth_that_a_bone_goes_through_does_not_sit(shaped, worn):
     assert sits_on_body(shirt, taller), "it is on the shape that it was made on"
 
 
+def test_panels_that_lie_apart_do_not_sit(shaped):
+    skirt = garments.load("skirt:0@35", shaped)
+    assert sits_on_body(skirt, shaped)
+    front = skirt.vertices[:, 2:] > np.median(skirt.vertices[:, 2])
+    apart = replace(skirt, vertices=(skirt.vertices + np.where(front, [0, 0, 0.3], 0)).astype(np.float32))
+    assert not sits_on_body(apart, shaped)
+
+
 def test_what_cannot_be_worn_says_so_and_keeps_nothing(shaped, as_obj, tmp_path):
     vertices, faces = tube(top=0.05, bottom=0.05)
     path = as_obj("tiny", vertices + (3, 5, -2), faces)

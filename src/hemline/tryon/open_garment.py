@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
+import numpy as np
+
 from hemline.errors import BadDataset, BadGarment, BadInput, OffBody
 from hemline.files import check_folder, content_hash
 from hemline.garments.garment import Garment
@@ -13,6 +15,7 @@ from hemline.garments.reading.read import garment_of_source, put_on, read_source
 from hemline.garments.reading.source import GarmentSource
 from hemline.garments.reading.units import Z_UP_NOTE
 from hemline.garments.shipped import is_name, load
+from hemline.meshes import edge_strains
 
 from .openings import joints_through_cloth
 from .try_on import TryOn, try_on, try_on_source
@@ -20,6 +23,8 @@ from .try_on import TryOn, try_on, try_on_source
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
 
+OPEN_SEAM_STRAIN = 2.0
+"""Strain that one edge in a hundred has where panels lie apart that their pattern joins."""
 TryOnRule = Literal["auto", "never", "always"]
 """When a garment is tried on; `auto`: only if it does not sit where its file places it."""
 
@@ -37,8 +42,9 @@ def open_garment(
 ) -> Garment:
     """Opens a garment by name or from a file, on a body.
 
-    Meshes by other makers often do not sit on the body: they or their pins are far from it or inside it, or a bone
-    goes through their cloth. With `tryon="auto"` such a mesh is tried on (see `try_on`), which takes about a minute.
+    Meshes by other makers often do not sit on the body: they or their pins are far from it or inside it, a bone goes
+    through their cloth, or their panels are not sewn together yet. With `tryon="auto"` such a mesh is tried on (see
+    `try_on`), which takes about a minute.
 
     Args:
         name_or_path: A name that `garments.load` knows, such as `cape` or `dress:7`, or a file that `garments.read`
@@ -124,8 +130,14 @@ def _open_source(
 
 
 def sits_on_body(garment: Garment, shaped: "ShapedBody") -> bool:
-    """Whether no bone of trunk, arms or legs goes through a garment's cloth, on the shape that it was made on."""
+    """Whether a garment can settle where it lies, on the shape of the body that it was made on.
+
+    No bone of trunk, arms or legs goes through its cloth, and its seams are closed: panels that a pattern program laid
+    around the body are joined by edges of many times their length (`OPEN_SEAM_STRAIN`).
+    """
     made_on = shaped if garment.is_on(shaped) else shaped.body.shaped(garment.body_betas)
+    if np.percentile(edge_strains(garment.vertices, garment.faces, garment.rest_edges), 99) > OPEN_SEAM_STRAIN:
+        return False
     # a cap may be closed above the head
     return not set(joints_through_cloth(garment.vertices, garment.faces, made_on)) - {"head"}
 

@@ -22,6 +22,7 @@ from hemline.animators.swingar.kernel_inputs import LayerInputs
 from hemline.arrays import Float, Vertices
 from hemline.compiled import threads
 from hemline.files.contents import array_of
+from hemline.learning.product_kernels import add_product
 
 from .layer import AttentionLayer
 from .play_kernels import attend_condensed, fill_mesh_features, pass_gates, recall
@@ -149,12 +150,12 @@ class RuntimeEstimator:
         own = [] if features is None else [features]
         hidden = np.maximum(self._linear("displace_first", np.concatenate([state, *own, *context], axis=1)), 0)
         if self.config.context:
-            weight, bias = self.arrays["displace_second.weight"], self.arrays["displace_second.bias"]
-            of_vertex, of_all = np.split(weight, 2, axis=1)
-            hidden = hidden @ of_vertex.T + (hidden.mean(0) @ of_all.T + bias)
+            right, bias = self._right["displace_second"], self.arrays["displace_second.bias"]
+            of_vertex, of_all = np.split(right, 2)
+            hidden = _product(hidden, of_vertex, hidden.mean(0) @ of_all + bias)
         else:
             hidden = self._linear("displace_second", hidden)
-        return np.ascontiguousarray(self._linear("displace", np.maximum(hidden, 0)), np.float32)
+        return self._linear("displace", np.maximum(hidden, 0))
 
     def corrective(
         self,
@@ -191,10 +192,20 @@ class RuntimeEstimator:
     def _recurrent(self) -> np.ndarray:
         return np.ascontiguousarray(self.arrays["motion.weight_hh_l0"].T)
 
+    @cached_property
+    def _right(self) -> dict[str, np.ndarray]:
+        """Weights of each linear layer as the right factor of a product (inputs, outputs)."""
+        found = {name.removesuffix(".weight"): each for name, each in self.arrays.items() if name.endswith(".weight")}
+        return {name: np.ascontiguousarray(each.T) for name, each in found.items()}
+
+    @cached_property
+    def _motion_right(self) -> np.ndarray:
+        return np.ascontiguousarray(self.arrays["motion.weight_ih_l0"].T)
+
     def _motion_feature(self, motion: np.ndarray) -> np.ndarray:
         """Returns the last hidden state of the LSTM over the poses."""
         biases = self.arrays["motion.bias_ih_l0"] + self.arrays["motion.bias_hh_l0"]
-        given = motion @ self.arrays["motion.weight_ih_l0"].T + biases
+        given = _product(motion, self._motion_right, biases)
         hidden = np.empty(self.config.motion, np.float32)
         recall(given, self._recurrent, hidden)
         return hidden
@@ -218,7 +229,16 @@ class RuntimeEstimator:
         return value
 
     def _linear(self, name: str, value: np.ndarray) -> np.ndarray:
-        return value @ self.arrays[f"{name}.weight"].T + self.arrays[f"{name}.bias"]
+        bias = self.arrays[f"{name}.bias"]
+        return value @ self._right[name] + bias if value.ndim == 1 else _product(value, self._right[name], bias)
+
+
+def _product(left: np.ndarray, right: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Returns `start + left right`, by one thread: threads of BLAS wait for each other on a busy machine."""
+    out = np.empty((len(left), right.shape[1]), np.float32)
+    out[:] = start
+    add_product(np.ascontiguousarray(left, np.float32), right, out)
+    return out
 
 
 def _blend_skin(weights: np.ndarray, transforms: np.ndarray, points: np.ndarray) -> np.ndarray:
