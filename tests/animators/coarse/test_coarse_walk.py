@@ -201,10 +201,10 @@ def test_scales_are_mean_and_spread_of_what_is_learned_from(frames):
 
 def test_the_room_that_frames_need_is_known_before_they_are_written(data, frames, tmp_path, monkeypatch):
     (path,) = frames[2].glob("*.safetensors")
-    needed = frame_bytes(data, data.clips(), TakeWalk(SIZE, 7))
+    needed = frame_bytes(data, data.clips(), TakeWalk(SIZE, 7, 2))
     assert needed == pytest.approx(path.stat().st_size, rel=0.15)
     usage = shutil.disk_usage(tmp_path)
     monkeypatch.setattr(shutil, "disk_usage", lambda folder: usage._replace(free=needed - 1))
     with pytest.raises(BadOutput, match="the frames of a fit need .* GB in .*; got .* GB free"):
-        walk_takes(data, data.clips(), TakeWalk(SIZE, 7), tmp_path, jobs=1, tell=lambda *_: None)
+        walk_takes(data, data.clips(), TakeWalk(SIZE, 7, 2), tmp_path, jobs=1, tell=lambda *_: None)
     assert not list(tmp_path.iterdir())
