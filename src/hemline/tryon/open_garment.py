@@ -130,16 +130,23 @@ def _open_source(
 
 
 def sits_on_body(garment: Garment, shaped: "ShapedBody") -> bool:
-    """Whether a garment can settle where it lies, on the shape of the body that it was made on.
+    """Whether a garment can settle where it lies, see `misfit_reason`."""
+    return misfit_reason(garment, shaped) is None
 
-    No bone of trunk, arms or legs goes through its cloth, and its seams are closed: panels that a pattern program laid
+
+def misfit_reason(garment: Garment, shaped: "ShapedBody") -> str | None:
+    """Returns why a garment cannot settle where it lies, on the shape that it was made on; None if it can.
+
+    A bone of trunk, arms or legs goes through its cloth, or its seams are open: panels that a pattern program laid
     around the body are joined by edges of many times their length (`OPEN_SEAM_STRAIN`).
     """
     made_on = shaped if garment.is_on(shaped) else shaped.body.shaped(garment.body_betas)
     if np.percentile(edge_strains(garment.vertices, garment.faces, garment.rest_edges), 99) > OPEN_SEAM_STRAIN:
-        return False
+        return "its panels are not sewn together yet"
     # a cap may be closed above the head
-    return not set(joints_through_cloth(garment.vertices, garment.faces, made_on)) - {"head"}
+    if set(joints_through_cloth(garment.vertices, garment.faces, made_on)) - {"head"}:
+        return "bones go through the cloth"
+    return None
 
 
 def _source_hash(source: GarmentSource, shaped: "ShapedBody") -> str:

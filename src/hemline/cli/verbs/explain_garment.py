@@ -135,7 +135,7 @@ def _lines_on_body(garment: "Garment", shaped: "ShapedBody", *, tried_on: bool, 
     """
     from hemline.garments.dressing import body_tree
     from hemline.garments.reading.units import Z_UP_NOTE
-    from hemline.tryon.open_garment import sits_on_body
+    from hemline.tryon.open_garment import misfit_reason
 
     pieces = [f"'{piece.name}'" for piece in garment.pieces]
     parts = [f"{len(pieces)} pieces, {', '.join(pieces)}"] if pieces else []
@@ -148,8 +148,8 @@ def _lines_on_body(garment: "Garment", shaped: "ShapedBody", *, tried_on: bool, 
     )
     if tried_on and Z_UP_NOTE in garment.notes:
         place += "; as that was guessed, it will be tried on"
-    elif tried_on and not sits_on_body(garment, shaped):
-        place += "; bones go through the cloth, so it will be tried on"
+    elif tried_on and (reason := misfit_reason(garment, shaped)):
+        place += f"; {reason}, so it will be tried on"
     elif not any(note.startswith("winding") for note in garment.notes):
         place += "; worn as it lies, its triangles face away from the body"
     others = _of_line([note for note in garment.notes if note != Z_UP_NOTE], _PLACE)
