@@ -28,6 +28,7 @@ from hemline.animators.ropes import AnimatorRopes, RopesConfig
 from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT
 from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.animators.ropes.layout.layout import build_ropes
+from hemline.animators.skinned import AnimatorSkinned, Skinned
 from hemline.animators.swingar import SwingarConfig
 from hemline.animators.swingar.estimator_config import EstimatorConfig, weight_shapes
 from hemline.animators.swingar.graph_inputs import STATE_FEATURES, VERTEX
@@ -187,6 +188,12 @@ def live_model() -> AnimatorLive:
     return Live().animator_for(small_cape(), body())
 
 
+@cache
+def skinned_model() -> AnimatorSkinned:
+    """The small cape, skinned."""
+    return Skinned().animator_for(small_cape(), body())
+
+
 def lag_weights(width: int = 16, seed: int = 3, beginning: float = 0.0) -> Weights:
     """Weights drawn by chance, so small that no vertex moves by more than some centimetres."""
     random, config = np.random.default_rng(seed), LagConfig(width=width, beginning=beginning)
@@ -238,6 +245,7 @@ ANIMATORS = {
     "live": live_model,
     "ropes": ropes_model,
     "ropes, learned bones": learned_model,
+    "skinned": skinned_model,
     "swingar": swingar_model,
 }
 """Every animator; each runs through every law."""

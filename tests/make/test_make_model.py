@@ -37,7 +37,7 @@ def outcome(tmp_path_factory):
 
 def test_methods_that_need_no_data_are_compared_when_time_is_short(outcome):
     made, lines = outcome
-    assert {trial.method for trial in made.trials} == {"lag", "swingar", "live"}
+    assert {trial.method for trial in made.trials} == {"skinned", "lag", "swingar", "live"}
     assert any("Not compared: ropes needs about" in line for line in lines)
     assert any(re.search(r"\d+ % of the cloth hangs", line) for line in lines)
     rivals = [trial.error_mm for trial in made.trials if trial.frame_ms <= 10 and trial.skin_seen < 0.1]
@@ -87,11 +87,11 @@ def test_a_fit_for_which_no_time_is_left_is_left_out_with_the_reason(outcome, tm
     folder, model = tmp_path / "my.making", tmp_path / "my.safetensors"
     shutil.copytree(made.folder, folder)
     state = json.loads((folder / "make.json").read_text())
-    state["plan"] |= {"methods": ["ropes", "lag", "swingar", "live"], "frames": 60, "left_out": []}
+    state["plan"] |= {"methods": ["ropes", "skinned", "lag", "swingar", "live"], "frames": 60, "left_out": []}
     (folder / "make.json").write_text(json.dumps(state))
     lines = []
     again = make_model(GARMENT, model, MakeSettings(minutes=NO_TIME, seconds=0.7), say=lines.append)
-    assert {trial.method for trial in again.trials} == {"lag", "swingar", "live"}
+    assert {trial.method for trial in again.trials} == {"skinned", "lag", "swingar", "live"}
     assert any(re.match("Not compared: ropes needs at least .* for a fit, and 0 s are left", line) for line in lines)
     assert "ropes needs at least" in again.report.read_text()
     assert not list((folder / "takes" / "takes").glob("*.safetensors"))
@@ -136,7 +136,7 @@ def test_a_killed_run_goes_on(tmp_path):
     assert before
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert "Continuing in" in done.stderr
-    assert json.loads(done.stdout)["chosen"] in ("lag", "swingar", "live", "agentdress", "ropes")
+    assert json.loads(done.stdout)["chosen"] in ("skinned", "lag", "swingar", "live", "agentdress", "ropes")
     assert {name: (probe / name).stat().st_mtime_ns for name in before} == before
 
 

@@ -48,7 +48,7 @@ def test_a_plan_keeps_to_its_time_and_says_what_it_leaves_out(hanging, frame_s, 
     plan = make_plan(METHODS, hanging, frame_s, left, jobs, slowness=slowness)
     planned = sum(plan.seconds(frame_s, jobs, slowness).values())
     assert planned <= (1 - RESERVE) * left + 1e-9
-    assert set(plan.methods) >= {"lag", "swingar", "live"}  # these need no data
+    assert set(plan.methods) >= {"skinned", "lag", "swingar", "live"}  # these need no data
     assert (plan.frames > 0) == ("ropes" in plan.methods)
     assert (plan.anchors > 0) == ("agentdress" in plan.methods)
     out = {reason.split()[0] for reason in plan.left_out}

@@ -1,4 +1,4 @@
-"""The base class of animators whose garment is carried by a proxy, a coarse copy of it: `live`, `lag` and `swingar`."""
+"""The base class of animators whose garment is carried by a proxy, a coarse copy of it."""
 
 import threading
 import warnings
@@ -142,14 +142,31 @@ def settle_proxy(garment: Garment, body: ShapedBody, size: ProxySize, *, self_co
     """
     dressed = garment.dressed(body)
     coarse, _ = proxy_of(dressed, size)
-    try:
-        rest = settle_garment(coarse, body, self_contact=self_contact).astype(np.float32)
-    except SimulationFailed as reason:
-        what = f"the coarse copy of '{garment.name}' did not come to rest"
-        cure = "it begins as the garment lies on the body; look at its first second"
-        warnings.warn(HemlineWarning(what, reason, cure), stacklevel=2)
-        rest = coarse.vertices
+    rest = rest_of_proxy(coarse, body, self_contact=self_contact)
     return SettledProxy(dressed, rest, body.body.name, body.body.hash)
+
+
+def rest_of_proxy(coarse: Garment, body: ShapedBody, *, self_contact: bool = True) -> Float[np.ndarray, "coarse 3"]:
+    """Settles a proxy; returns it as it lies on the body, with a warning, if it does not come to rest.
+
+    Args:
+        coarse: The proxy, dressed on the body.
+        body: The body.
+        self_contact: Whether the cloth collides with itself while it settles.
+
+    Returns:
+        Its vertices [m], float32.
+
+    Warns:
+        HemlineWarning: The proxy did not come to rest.
+    """
+    try:
+        return settle_garment(coarse, body, self_contact=self_contact).astype(np.float32)
+    except SimulationFailed as reason:
+        what = f"the coarse copy of '{coarse.name}' did not come to rest"
+        cure = "it begins as the garment lies on the body; look at its first second"
+        warnings.warn(HemlineWarning(what, reason, cure), stacklevel=3)
+        return coarse.vertices
 
 
 def read_proxy(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any], size: ProxySize) -> SettledProxy:

@@ -16,6 +16,7 @@ OURS = {
     "lag": "hemline.animators.lag:KIND",
     "live": "hemline.animators.live:KIND",
     "ropes": "hemline.animators.ropes:KIND",
+    "skinned": "hemline.animators.skinned:KIND",
     "swingar": "hemline.animators.swingar:KIND",
 }
 """Where this package defines its animators. An entry point of the same name does not replace them."""

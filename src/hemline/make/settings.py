@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from hemline.errors import BadInput
 from hemline.options import check_options, not_negative, positive
 
-METHODS = ("agentdress", "ropes", "lag", "swingar", "live")
+METHODS = ("agentdress", "ropes", "skinned", "lag", "swingar", "live")
 """Animators that are compared; each is the `--animator` of that name."""
 FITTED = ("agentdress", "ropes")
 """Methods that are fitted to the garment."""
-UNFITTED = ("live", "lag", "swingar")
+UNFITTED = ("live", "lag", "skinned", "swingar")
 """Methods that play any mesh, the one that is usually nearest to the simulation first."""
 
 CHECK_S = 3.0
@@ -31,7 +31,7 @@ class MakeSettings:
     """Longest time that a frame of the model may take on this machine [ms].
     A slower method is chosen only if no method below this limit plays the garment well."""
     animator: str = ""
-    """Method to use: agentdress, ropes, lag, swingar or live. By default all suitable ones are compared."""
+    """Method to use: agentdress, ropes, skinned, lag, swingar or live. By default all suitable ones are compared."""
     seconds: float = not_negative(0.0)
     """Length of the clip on which methods are compared [s]; with 0 it is 3 s, and more in runs of over ten minutes.
     It is shorter where its simulation would take more than 15 % of the time."""

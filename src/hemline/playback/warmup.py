@@ -60,7 +60,7 @@ def _close_fitting() -> None:
 
 def _any_garment() -> None:
     body = bodies.load("anny24").shaped()
-    for name in ("lag", "live", "swingar"):
+    for name in ("lag", "live", "skinned", "swingar"):
         model = animators.load(name)
         assert isinstance(model, animators.Wearable)
         _warm(model.animator_for(garments.load("tshirt-light"), body))

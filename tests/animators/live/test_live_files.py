@@ -24,7 +24,7 @@ def test_it_is_known_by_its_name_and_needs_no_fit(tmp_path):
     live.save(tmp_path / "live.safetensors")
     arrays, metadata = read_contents(tmp_path / "live.safetensors")
     made = tensor_bytes(arrays, add_terms("live", metadata))
-    assert made == animators.model_path("live").read_bytes(), "python -m hemline.models.make.terms --live"
+    assert made == animators.model_path("live").read_bytes(), "python -m hemline.models.make.terms --unfitted"
 
 
 def test_options_travel_in_a_file(tmp_path):

@@ -27,7 +27,7 @@ class MakeOptions:
     """Longest time of a frame on this machine [ms].
     A slower method is chosen only if no faster one plays the garment well."""
     animator: str | None = None
-    """Method to use: agentdress, ropes, lag, swingar or live. By default all suitable ones are compared."""
+    """Method to use: agentdress, ropes, skinned, lag, swingar or live. By default all suitable ones are compared."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
     """Clips to simulate: .bvh or AMASS .npz files, or names of shipped excerpts.
     Defaults to all excerpts but dance, on which methods are compared."""

@@ -1,8 +1,8 @@
-"""Writes the licences of its sources into each shipped file: `python -m hemline.models.make.terms [--live]`.
+"""Writes the licences of its sources into each shipped file: `python -m hemline.models.make.terms [--unfitted]`.
 
 It is the last step after a shipped file was made. Arrays, and so the hashes of bodies and garments, do not change.
-NOTICE and `README.md` beside the models say the same in more words. With `--live` it first writes `live.safetensors`,
-which holds the default options of `live` and nothing else.
+NOTICE and `README.md` beside the models say the same in more words. With `--unfitted` it first writes
+`live.safetensors` and `skinned.safetensors`, which hold the default options of these animators and nothing else.
 """
 
 import argparse
@@ -15,6 +15,7 @@ import numpy as np
 from safetensors.numpy import load
 
 from hemline.animators.live import Live
+from hemline.animators.skinned import Skinned
 from hemline.animators.terms import MADE_OF
 from hemline.files import atomic_write
 from hemline.files.tensors import tensor_bytes
@@ -46,6 +47,7 @@ TERMS: dict[str, tuple[str, ...]] = {
     "swingar": (BODY, TRAINED_ON, CMU_TERMS, OWN),
     "anny24-sdf": (BODY, CMU_TERMS, OWN),
     "live": (OWN,),
+    "skinned": (OWN,),
 }
 """Licences of each file that holds `licences`: of the body, the garment mesh, and the motions of the fit."""
 CLIPS = "excerpts"
@@ -75,9 +77,10 @@ def add_terms(name: str, metadata: dict[str, Any]) -> dict[str, Any]:
 def main() -> None:
     """Writes the files whose licences changed, and prints their names."""
     parser = argparse.ArgumentParser(description="Write the licences of its sources into each shipped file.")
-    parser.add_argument("--live", action="store_true", help="Write live.safetensors first.")
-    if parser.parse_args().live:
-        Live().save(FOLDER / "live.safetensors")
+    parser.add_argument("--unfitted", action="store_true", help="Write the models that hold options only first.")
+    if parser.parse_args().unfitted:
+        for model in (Live(), Skinned()):
+            model.save(FOLDER / f"{model.name}.safetensors")
     for name in (*TERMS, CLIPS):
         path = FOLDER / f"{name}.safetensors"
         arrays, metadata = read_contents(path)
