@@ -1,12 +1,9 @@
-"""Makes a model of each garment of a wardrobe by `hemline make`, and prints the choices: `python -m benchmarks.making`.
+"""Makes a model of each garment of a wardrobe by `hemline make`: `python -m benchmarks.making [NAME ...]`.
 
 The garments are third-party meshes of ../shared/data and garments of the generator, of at least twelve kinds. Each goes
 through `hemline.make.make_model` with the same time. One JSON line for each garment is written to
 benchmarks/results/making.jsonl, models and reports to out/making. A stopped run continues, and garments with a line of
-the same time are not made again.
-
-`regret` is the error of the chosen method over the smallest error of a sound method that is fast enough; `against live`
-is the error of the chosen method over that of `live`.
+the same time are not made again. `python -m benchmarks.making_page` writes the page.
 """
 
 import argparse
@@ -15,13 +12,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hemline.bench.machine import commit, machine
 from hemline.errors import HemlineError
 from hemline.make import MakeSettings, Outcome, make_model
-from hemline.make.choice import faults
-from hemline.make.trial import Trial
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT.parent / "shared" / "data" / "garments"
@@ -77,82 +70,40 @@ def row_of(name: str, minutes: float, outcome: Outcome | None, reason: str) -> d
     }
 
 
-def regret(row: dict[str, Any], limit_ms: float) -> float:
-    """Returns the error of the chosen method over the smallest of a sound and fast one; NaN if there is none."""
-    trials, truth = [Trial(**entries) for entries in row["trials"]], Trial(**row["truth"])
-    good = [trial for trial in trials if not faults(trial, truth) and trial.frame_ms <= limit_ms]
-    if not good:
-        return float("nan")
-    return chosen(row).error_mm / min(trial.error_mm for trial in good)
-
-
-def chosen(row: dict[str, Any]) -> Trial:
-    """Returns the figures of the chosen method."""
-    return next(Trial(**entries) for entries in row["trials"] if entries["method"] == row["chosen"])
-
-
 def rows(minutes: float) -> dict[str, dict[str, Any]]:
-    """Returns the recorded lines of runs of this time, by name."""
+    """Returns the recorded lines of runs of this time by name, in the order of the wardrobe."""
     if not RESULTS.exists():
         return {}
     recorded = [json.loads(line) for line in RESULTS.read_text().splitlines()]
-    return {row["name"]: row for row in recorded if row["minutes"] == minutes}
+    by_name = {row["name"]: row for row in recorded if row["minutes"] == minutes}
+    return {name: by_name[name] for name in WARDROBE if name in by_name}
 
 
-def table(recorded: dict[str, dict[str, Any]], limit_ms: float) -> None:
-    """Prints a Markdown table, and how many garments fulfil each demand."""
-    head = (
-        "garment",
-        "chosen",
-        "error mm",
-        "live mm",
-        "stretch p99 %",
-        "simulation %",
-        "skin seen %",
-        "ms",
-        "s",
-        "faults",
-    )
-    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
-    for name, row in recorded.items():
-        if row["reason"]:
-            print(f"| {name} | {row['reason']} |" + " |" * (len(head) - 2))
-            continue
-        best, live = chosen(row), next((t["error_mm"] for t in row["trials"] if t["method"] == "live"), float("nan"))
-        print(
-            f"| {name} | {best.method} | {best.error_mm:.1f} | {live:.1f} | {best.stretch_p99:.1f} | "
-            f"{row['truth']['stretch_p99']:.1f} | {best.skin_seen:.2f} | {best.frame_ms:.1f} | {row['seconds']:.0f} | "
-            f"{'; '.join(row['faults']) or '-'} |"
-        )
-    made = [row for row in recorded.values() if not row["reason"]]
-    regrets = np.array([regret(row, limit_ms) for row in made])
-    print(f"\nmodels: {len(made)} of {len(WARDROBE)}; sound: {sum(not row['faults'] for row in made)}")
-    print(f"regret at most 1.1: {int((regrets <= 1.1).sum())} of {int(np.isfinite(regrets).sum())} with a sound method")
+def model_file(name: str, minutes: float) -> Path:
+    """Returns the file of the model of a garment."""
+    return FOLDER / f"{name}-{minutes:g}.safetensors"
 
 
 def main() -> None:
-    """Makes the missing models and prints the table."""
+    """Makes the missing models."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help="Names of the wardrobe. Defaults to all.")
     parser.add_argument("--minutes", type=float, default=10.0, help="Time for each garment [min].")
     parser.add_argument("--jobs", type=int, default=2, help="Number of processes.")
-    parser.add_argument("--table", action="store_true", help="Print the results and make nothing.")
     options = parser.parse_args()
     settings = MakeSettings(minutes=options.minutes)
     FOLDER.mkdir(parents=True, exist_ok=True)
     for name in options.names or WARDROBE:
-        if options.table or name in rows(options.minutes):
+        if name in rows(options.minutes):
             continue
         outcome, reason = None, ""
         try:
-            model = FOLDER / f"{name}-{options.minutes:g}.safetensors"
             say = lambda line: print(line, file=sys.stderr)  # noqa: E731
-            outcome = make_model(garment_of(name), model, settings, jobs=options.jobs, say=say)
+            outcome = make_model(garment_of(name), model_file(name, options.minutes), settings, jobs=options.jobs, say=say)
         except HemlineError as error:
             reason = str(error)
         with RESULTS.open("a") as stream:
             stream.write(json.dumps(row_of(name, options.minutes, outcome, reason)) + "\n")
-    table(rows(options.minutes), settings.ms)
 
 
 if __name__ == "__main__":

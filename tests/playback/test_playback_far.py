@@ -23,7 +23,7 @@ from hemline.playback.tally import Tally
 DT = 1 / 30
 PLACES = ([64000.0, 0.0, -128.0], [1e6, 0.0, -1e6], [-1e6, 640.0, 64.0])
 """A whole number of 64 m away: the local frames of clips that are moved by it are those of the clip, bit for bit."""
-ANIMATORS = ("cape", "cape at 0.25", "skirt", "tshirt-light", "worn together", "redressed", "live", "lag", "swingar")
+ANIMATORS = ("cape", "cape at 0.25", "skirt", "tshirt-light", "worn together", "redressed", "live", "lag", "skinned", "swingar")
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def player_of(name, body):
     elif name == "redressed":
         model = AnimatorRedressed(hemline.load("tshirt-light"), hemline.load("tshirt-light"))
         body = hemline.bodies.load("anny24").shaped([1.0])
-    elif name in ("live", "lag", "swingar"):
+    elif name in FOR_ANY_GARMENT:
         model = animators.load(name).animator_for(garments.load("tshirt-light"), body)  # type: ignore[union-attr]
     else:
         model = animators.load(name.split(" at ")[0])
@@ -68,7 +68,7 @@ def run(player, poses, way=(0.0, 0.0, 0.0), pre_roll=0.1):
 
 @pytest.mark.parametrize("name", ANIMATORS)
 def test_a_clip_far_away_has_the_same_garment_bit_for_bit(body, walk, name):
-    player, frames = player_of(name, body), 4 if name in ("live", "lag", "swingar") else 8
+    player, frames = player_of(name, body), 4 if name in FOR_ANY_GARMENT else 8
     near = run(player, walk[:frames])
     assert is_movable(player.animator)
     for way in PLACES:
@@ -122,7 +122,7 @@ def test_far_away_a_frame_takes_no_longer(body, walk, name):
 @pytest.mark.parametrize("name", ANIMATORS)
 def test_a_walk_past_the_border_of_an_origin_does_not_shake_the_cloth(body, walk, name):
     """The body walks from one origin into the next: cloth goes on as it does where there is no border."""
-    player, frames = player_of(name, body), 8 if name in ("live", "lag", "swingar") else 16
+    player, frames = player_of(name, body), 8 if name in FOR_ANY_GARMENT else 16
     border = np.array([64.0 - float(walk[4].translation[0]) - 0.03, 0.0, 0.0])
     stride = [moved(pose, (0.03 * n, 0.0, 0.0)) for n, pose in enumerate(walk[:frames])]
     way = border - [0.03 * 4, 0.0, 0.0]

@@ -146,7 +146,7 @@ def test_two_calls_within_a_microsecond_do_not_throw_the_cloth(walking, walk, na
     assert largest[1e-6] < 1.5 * largest[DT] + 0.02
 
 
-@pytest.mark.parametrize("name", ["live", "lag", "swingar"])
+@pytest.mark.parametrize("name", ["live", "lag", "skinned", "swingar"])
 def test_animators_of_any_garment_take_any_time(body, walk, name):
     model = animators.load(name)
     assert isinstance(model, animators.Wearable)

@@ -68,7 +68,7 @@ def test_modules_import_what_is_there(name):
         assert wanted in known or (PAGE / "js" / wanted.removeprefix("hemline/")).is_file()
 
 
-@pytest.mark.parametrize("name", ["live", "lag", "swingar"])
+@pytest.mark.parametrize("name", ["live", "lag", "skinned", "swingar"])
 def test_other_animators_are_refused_with_the_way_out(name):
     with pytest.raises(BadInput, match=f"kind '{name}'.*hemline animate .*glb"):
         made({"x": hemline.load(name)})

@@ -33,7 +33,7 @@ class HemlineSettings(bpy.types.PropertyGroup):
         update=on_change,
         subtype="FILE_PATH",
         description="A model file, or the name of a shipped one: cape, skirt, tshirt-light, longsleeve-light, "
-        "trousers-light; lag, live and swingar play any garment",
+        "trousers-light; lag, live, skinned and swingar play any garment",
     )
     motion: StringProperty(
         name="Motion",
@@ -47,7 +47,7 @@ class HemlineSettings(bpy.types.PropertyGroup):
         name="Garment",
         update=on_change,
         subtype="FILE_PATH",
-        description="For the models lag, live and swingar: a mesh, the name of a garment, or a generated one, "
+        description="For the models lag, live, skinned and swingar: a mesh, the name of a garment, or a generated one, "
         "such as dress:7",
     )
     mesh: PointerProperty(
@@ -55,7 +55,7 @@ class HemlineSettings(bpy.types.PropertyGroup):
         type=bpy.types.Object,
         update=on_change,
         poll=lambda self, each: is_plain_mesh(each),
-        description="For the models lag, live and swingar: a mesh of this scene",
+        description="For the models lag, live, skinned and swingar: a mesh of this scene",
     )
     pins: StringProperty(
         name="Pins",
