@@ -40,7 +40,7 @@ def test_methods_that_need_no_data_are_compared_when_time_is_short(outcome):
     assert {trial.method for trial in made.trials} == {"skinned", "lag", "swingar", "live"}
     assert any("Not compared: ropes needs about" in line for line in lines)
     assert any(re.search(r"\d+ % of the cloth hangs", line) for line in lines)
-    rivals = [trial.error_mm for trial in made.trials if trial.frame_ms <= 10 and trial.skin_seen < 0.1]
+    rivals = [trial.error_mm for trial in made.trials if trial.frame_ms <= MakeSettings().ms and trial.skin_seen < 0.1]
     assert not rivals or made.chosen.error_mm <= 1.06 * min(rivals)
     for trial in made.trials:
         assert 0.5 < trial.error_mm < 200

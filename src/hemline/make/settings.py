@@ -27,8 +27,8 @@ class MakeSettings:
     minutes: float = positive(10.0)
     """Time that the whole run may take [min]. A longer run simulates more poses and clips.
     One hour takes the same steps as ten minutes."""
-    ms: float = positive(10.0)
-    """Longest time that a frame of the model may take on this machine [ms].
+    ms: float = positive(16.0)
+    """Longest time that a frame of the model may take on this machine [ms]; 16 ms are a frame at 60 frames per second.
     A slower method is chosen only if no method below this limit plays the garment well."""
     animator: str = ""
     """Method to use: agentdress, ropes, skinned, lag, swingar or live. By default all suitable ones are compared."""
