@@ -15,6 +15,7 @@ from .surface.nearest_skin import NearestSkin as NearestSkin
 from .surface.patches import limb_of_vertices as limb_of_vertices
 from .surface.patches import limbs as limbs
 from .surface.posed_surface import PosedSurface as PosedSurface
+from .whole.length_limits import LengthLimits as LengthLimits
 from .whole.whole_cloth import WholeCloth as WholeCloth
 from .whole.whole_cloth import WholeSettings as WholeSettings
 from .whole.whole_cloth import WholeState as WholeState
@@ -29,6 +30,7 @@ __all__ = [
     "LayeredProjector",
     "LayersReport",
     "LayersState",
+    "LengthLimits",
     "NearestSkin",
     "PosedSurface",
     "ProjectionReport",

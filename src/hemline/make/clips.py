@@ -45,6 +45,11 @@ def clean_part(motion: Motion) -> Motion:
     return motion[first:end].resample(FPS)
 
 
+def posed_clips(clips: Sequence[Motion]) -> list[Motion]:
+    """Returns the clips from which poses are taken: those that are simulated, and varied poses of many people."""
+    return [*clips, motions.varied_poses()]
+
+
 def requests(clips: Sequence[Motion], frames: int) -> list[ClipRequest]:
     """Returns parts of clips that have about this number of frames together.
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from hemline.arrays import Int, Vertices
+from hemline.collide import LengthLimits
 from hemline.datasets import Dataset, Take, create, open_dataset, take_name
 from hemline.datasets.take import take_metadata
 from hemline.garments import Garment
@@ -27,7 +28,8 @@ class DataMesh:
 
     A coarse mesh costs a fraction of the time, so that a short run has several times as many poses and frames. Its
     vertices carry those of the garment along (`Embedding`), so that fits see the garment itself, without folds smaller
-    than the coarse triangles.
+    than the coarse triangles. Where the coarse mesh bends, the carried edges are stretched by up to four times as much
+    as its own, so they are then brought within their lengths (`LengthLimits`), by half a millimetre on average.
 
     Attributes:
         garment: The garment.
@@ -69,14 +71,14 @@ class DataMesh:
         Args:
             data: Dataset of the simulated mesh.
             folder: Dataset of the garment; created if missing.
-        rest: The garment settled on its body (verts, 3) [m].
+            rest: The garment settled on its body (verts, 3) [m].
         """
-        embedding = self._embedding(rest)
+        embedding, limits = self._embedding(rest), LengthLimits.of(self.garment, rest)
         carried = create(folder, self.garment)
         for row in data.rows():
             inputs = take_metadata(data.path(row.name))["inputs"] | self._names
             if not carried.path(take_name(inputs)).exists():
-                carried.add(_carry_take(embedding, data.take(row), inputs))
+                carried.add(_carry_take(embedding, limits, data.take(row), inputs))
 
     def remove_others(self, folder: Path) -> None:
         """Deletes takes of the garment that another mesh carried, from a dataset that may not exist.
@@ -95,9 +97,9 @@ class DataMesh:
         return {"garment": self.garment.hash, CARRIED_BY: self.simulated.hash}
 
 
-def _carry_take(embedding: Embedding, take: Take, inputs: dict[str, Any]) -> Take:
+def _carry_take(embedding: Embedding, limits: LengthLimits, take: Take, inputs: dict[str, Any]) -> Take:
     """Returns a take of the garment, from one of the simulated mesh."""
-    vertices = np.stack([embedding.fine_vertices(each) for each in take.vertices])
+    vertices = np.stack([limits.hold(embedding.fine_vertices(each)) for each in take.vertices])
     derivatives = {name: _carried_mean(embedding, each) for name, each in take.derivatives.items()}
     return replace(take, vertices=vertices, derivatives=derivatives, inputs=inputs, end_state={})
 

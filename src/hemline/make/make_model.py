@@ -17,7 +17,7 @@ from hemline.version import VERSION
 
 from .candidates import candidate_path, remove_candidates, suitable_methods
 from .choice import choose, faults
-from .clips import ALL_FRAMES, CHECK_CLIP, FPS, clean_part, open_clips, requests
+from .clips import ALL_FRAMES, CHECK_CLIP, FPS, clean_part, open_clips, posed_clips, requests
 from .clock import Clock
 from .comparison import Comparison
 from .data_mesh import DataMesh
@@ -134,7 +134,7 @@ def _make(job: Job, path: Path) -> Outcome:
     expected = plan.seconds(frame_s, job.jobs, measure_slowness())
     if plan.frames:
         simulate_takes(job, plan, expected["simulate"], clock.remaining_s - found.later_s(plan.methods) - _fits(plan))
-    if plan.anchors:
+    if plan.poses:
         settle_drapes(job, plan, expected["drape"], clock.remaining_s - found.later_s(plan.methods) - _fits(plan))
     found.compare_fitted(plan.methods)
     plan = replace(plan, left_out=plan.left_out + tuple(found.late))
@@ -180,7 +180,7 @@ def _plan(
         return DataPlan.of_entries(work.state["plan"])
     seconds_left = job.clock.remaining_s - found.later_s(methods)
     most_frames = sum(len(each.motion) for each in requests(job.clips, ALL_FRAMES))
-    most_poses = len(np.unique(sim.sample_poses(job.clips), axis=0))
+    most_poses = len(np.unique(sim.sample_poses(posed_clips(job.clips)), axis=0))
     plan = plan_data(
         methods,
         regions.hanging_fraction,

@@ -5,12 +5,12 @@ from typing import Any, Self
 
 from .clock import time_text
 
-DRAPE_FRAMES, BODY_FRAMES, DERIVATIVE_FRAMES = 25.0, 135.0, 45.0
-"""Cost of settling the garment in a pose, of settling it at rest on one more body, and of its derivatives by all
-joints, in simulated frames of the same garment."""
+DRAPE_FRAMES, BODY_FRAMES, DERIVATIVE_FRAMES, POSE_FRAMES = 25.0, 135.0, 45.0, 9.0
+"""Cost of settling the garment in a pose, of settling it at rest on one more body, of its derivatives by all joints,
+and of a pose of a tour, in simulated frames of the same garment."""
 ROPES_START_S, ROPES_FRAME_S, ROPES_TRAINED_FRAME_S = 20.0, 0.045, 0.075
 """Time of a fit of rope chains: at the start, for each frame, and for the training on each frame [s], at slowness 1."""
-AGENTDRESS_DRAPE_S = 0.06
+AGENTDRESS_DRAPE_S = 0.09
 """Time that the fit of AgentDress takes for each drape, at slowness 1 [s]."""
 TRIAL_S, REPORT_S = 20.0, 25.0
 """Time of playing one method on the clip that is kept back, and of writing the report, at slowness 1 [s]."""
@@ -24,14 +24,15 @@ FEWEST_FRAMES = 150
 """Number of simulated frames below which rope chains are not fitted."""
 BODIES = 17
 """Number of bodies on which an anchor is settled."""
+FIRST_FRAMES = BODY_FRAMES + DERIVATIVE_FRAMES + DRAPE_FRAMES
+"""Cost of the T-pose on the mean body, which one process settles before the tour, in simulated frames."""
 FEWEST_ANCHORS, MOST_ANCHORS = 4, 150
-"""Number of anchors below which AgentDress is not fitted, and that of the paper."""
-FEWEST_POSES = 60
-"""Number of further poses below which AgentDress is not fitted: fitted to few drapes it is worse than `lag`, which
-needs none."""
-ANCHORS_SHARE, RANDOM_SHARE = 0.55, 0.4
-"""Share of the time for drapes that goes to anchors, if that is enough for more than the fewest; and share of what then
-is left that goes to random bodies."""
+"""Number of anchors below which there are none and the garment follows the skin on other bodies, and the paper's."""
+FEWEST_POSES, ENOUGH_POSES = 80, 200
+"""Number of poses of the tour below which AgentDress is not fitted, and above which time goes to anchors first."""
+SHAPES_SHARE, ANCHORS_SHARE = 0.6, 0.6
+"""Share of the time beyond `ENOUGH_POSES` that goes to bodies of other shapes, and share of that for anchors; the rest
+is for random bodies."""
 SPEEDS = (1.0, 0.8, 1.25, 0.65)
 """Factors of the speed of clips, used one after another until there are enough frames."""
 
@@ -43,23 +44,25 @@ class DataPlan:
     Attributes:
         methods: Animators to compare.
         frames: Number of frames to simulate for rope chains; 0 for none.
-        anchors: Number of poses to settle on seventeen bodies for AgentDress; 0 for none.
-        poses: Number of further poses to settle on the mean body.
+        poses: Number of poses of the tour on the mean body for AgentDress; 0 for none.
+        anchors: Number of poses to settle on seventeen bodies; with 0 the garment follows the skin on other bodies.
         random: Number of random bodies, each settled in one pose.
         left_out: Reason for each method that is not tried, as a sentence.
     """
 
     methods: tuple[str, ...]
     frames: int
-    anchors: int
     poses: int
+    anchors: int
     random: int
     left_out: tuple[str, ...]
 
     @property
     def drapes(self) -> int:
-        """Number of drapes to settle, those in the T-pose included."""
-        return 0 if self.anchors == 0 else BODIES * (self.anchors + 1) + self.poses + self.random
+        """Number of drapes, those in the T-pose included."""
+        if self.poses == 0:
+            return 0
+        return self.poses + (BODIES * (self.anchors + 1) + self.random if self.anchors else 1)
 
     def seconds(self, frame_s: float, jobs: int, slowness: float) -> dict[str, float]:
         """Returns the time that simulation, drapes and fits will take [s].
@@ -78,9 +81,13 @@ class DataPlan:
 
     def _drape_frames(self, jobs: int) -> float:
         """Returns the cost of all drapes, in simulated frames."""
-        if self.anchors == 0:
+        if self.poses == 0:
             return 0.0
-        return _t_pose_frames(jobs, self.anchors) + DRAPE_FRAMES * self.drapes + BODY_FRAMES * self.random
+        total = FIRST_FRAMES * jobs + POSE_FRAMES * self.poses
+        if self.anchors:
+            settled = BODIES * (self.anchors + 1) + self.random
+            total += _t_pose_frames(jobs, self.anchors) + DRAPE_FRAMES * settled + BODY_FRAMES * self.random
+        return total
 
     def entries(self) -> dict[str, Any]:
         """Returns the plan as JSON-like values."""
@@ -166,30 +173,35 @@ def plan_data(
     budget = max(0.0, seconds_left) * (1 - RESERVE)
     frame_cost = frame_s / jobs + slowness * (ROPES_FRAME_S + ROPES_TRAINED_FRAME_S)
     drape_s = frame_s * DRAPE_FRAMES / jobs + slowness * AGENTDRESS_DRAPE_S
-    random_s, anchor_s = drape_s + frame_s * BODY_FRAMES / jobs, BODIES * drape_s
+    random_s = drape_s + frame_s * BODY_FRAMES / jobs
 
     def frames_within(seconds: float) -> int:
         return min(most_frames, max(0, int((seconds - slowness * ROPES_START_S) / frame_cost)))
 
+    pose_s = frame_s * POSE_FRAMES / jobs + slowness * AGENTDRESS_DRAPE_S
+    first_s = frame_s * FIRST_FRAMES + slowness * AGENTDRESS_DRAPE_S
+    least_s = first_s + FEWEST_POSES * pose_s
     # time is shared as the area is: hanging cloth is the part that rope chains play better
     frames = frames_within((hanging if close else 1.0) * budget) if ropes else 0
-    first_s = frame_s * _t_pose_frames(jobs, FEWEST_ANCHORS) / jobs + anchor_s
-    least_s = first_s + FEWEST_ANCHORS * anchor_s + FEWEST_POSES * drape_s
     if close and frames_within(budget - least_s) >= FEWEST_FRAMES:
         frames = min(frames, frames_within(budget - least_s))
     frames = frames if frames >= FEWEST_FRAMES else 0
     for_drapes = budget - (slowness * ROPES_START_S + frames * frame_cost if frames else 0.0)
     anchors = poses = random = 0
     if close and for_drapes >= least_s:
-        rest_s = for_drapes - frame_s * _t_pose_frames(jobs, MOST_ANCHORS) / jobs - anchor_s
-        wanted_s = max(ANCHORS_SHARE * rest_s, rest_s - most_poses * (drape_s + random_s))
-        anchors = min(MOST_ANCHORS, most_poses, max(FEWEST_ANCHORS, int(wanted_s / anchor_s)))
-        rest_s = for_drapes - frame_s * _t_pose_frames(jobs, anchors) / jobs - (anchors + 1) * anchor_s
-        wanted_s = max(RANDOM_SHARE * rest_s, rest_s - most_poses * drape_s)
-        random = min(most_poses, int(wanted_s / random_s))
-        poses = min(most_poses, int((rest_s - random * random_s) / drape_s))
-    if close and anchors < FEWEST_ANCHORS:
-        close = False
+        left_s = for_drapes - first_s - min(ENOUGH_POSES, most_poses) * pose_s
+        shapes_s = left_s * (SHAPES_SHARE if most_poses > ENOUGH_POSES else 1.0) - BODIES * drape_s
+        wanted_s = ANCHORS_SHARE * (shapes_s - frame_s * _t_pose_frames(jobs, MOST_ANCHORS) / jobs)
+        anchors = min(MOST_ANCHORS, most_poses, max(0, int(wanted_s / (BODIES * drape_s))))
+        if anchors < FEWEST_ANCHORS:
+            anchors = 0
+        else:
+            spent_s = frame_s * _t_pose_frames(jobs, anchors) / jobs + anchors * BODIES * drape_s
+            random = min(most_poses, max(0, int((shapes_s - spent_s) / random_s)))
+            for_drapes -= spent_s + BODIES * drape_s + random * random_s
+        poses = min(most_poses, int((for_drapes - first_s) / pose_s))
+    if close and poses < FEWEST_POSES:
+        close, anchors, poses, random = False, 0, 0, 0
         left_out.append(
             f"agentdress needs about {time_text(least_s)} of drapes for this garment, "
             f"and there are {time_text(for_drapes)}."
@@ -203,8 +215,8 @@ def plan_data(
     return DataPlan(
         kept,
         frames if ropes else 0,
-        anchors,
         poses,
+        anchors,
         random,
         tuple(left_out),
     )

@@ -11,7 +11,7 @@ from hemline.errors import SimulationFailed
 from hemline.garments import Garment
 from hemline.motions import open_motion
 
-from .clips import FPS, clean_part, requests
+from .clips import FPS, clean_part, posed_clips, requests
 from .clock import OutOfTime
 from .job import Job
 from .plan import DataPlan
@@ -94,7 +94,8 @@ def simulate_takes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) 
 
 def settle_drapes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) -> None:
     """Settles the drapes of a plan, or as many as come to rest within a time limit [s]."""
-    job.clock.begin(f"settling {plan.drapes} drapes in {plan.anchors + plan.poses} poses", expected_s)
+    bodies = f", {plan.anchors} of them on bodies of other shapes" if plan.anchors else ""
+    job.clock.begin(f"putting the garment into {plan.poses + plan.anchors} poses{bodies}", expected_s)
     try:
         progress = job.clock.stop_late(job.progress, limit_s)
         job.collect("drapes", lambda folder, mesh: _make_database(job, plan, folder, mesh, progress))
@@ -103,15 +104,8 @@ def settle_drapes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) -
 
 
 def _make_database(job: Job, plan: DataPlan, folder: Path, mesh: Garment, progress: Progress) -> None:
-    sim.make_database(
-        folder,
-        mesh,
-        job.clips,
-        plan.anchors,
-        beside=plan.poses,
-        random=plan.random,
-        seed=job.settings.seed,
-        jobs=job.jobs,
-        scheduler=job.scheduler,
-        progress=progress,
-    )
+    how = {"seed": job.settings.seed, "jobs": job.jobs, "scheduler": job.scheduler, "progress": progress}
+    clips = posed_clips(job.clips)
+    sim.make_tour(folder, mesh, clips, plan.poses, tour=folder.with_name("tour"), **how)
+    if plan.anchors:
+        sim.make_database(folder, mesh, clips, plan.anchors, random=plan.random, **how)

@@ -12,6 +12,7 @@ from .shipped import load as load
 from .shipped import names as names
 from .store import write as write
 from .subjects import subject_of as subject_of
+from .varied_poses import varied_poses as varied_poses
 
 __all__ = [
     "JOINT_NAMES",
@@ -25,5 +26,6 @@ __all__ = [
     "read",
     "split_name",
     "subject_of",
+    "varied_poses",
     "write",
 ]

@@ -31,6 +31,7 @@ from .takes.rest_states import produce_rests as produce_rests
 from .takes.rest_states import random_shapes as random_shapes
 from .takes.same_poses import produce_in_poses_of as produce_in_poses_of
 from .takes.simulate import simulate as simulate
+from .takes.tour import make_tour as make_tour
 
 __all__ = [
     "SIMULATOR",
@@ -53,6 +54,7 @@ __all__ = [
     "join_sheets",
     "make_database",
     "make_sheet",
+    "make_tour",
     "produce",
     "produce_anchors",
     "produce_in_poses_of",

@@ -62,8 +62,11 @@ class AnchorSet:
     def of(cls, dataset: Dataset, config: AgentDressConfig | None = None) -> "AnchorSet":
         """Reads the anchors of a dataset.
 
+        If the garment was settled on the mean body alone, all poses are anchors, and on other bodies the garment at
+        rest follows the skin.
+
         Args:
-            dataset: A dataset made by `hemline drape --anchors`.
+            dataset: A dataset made by `hemline drape`.
             config: Options of the shape model.
 
         Raises:
@@ -89,8 +92,7 @@ class AnchorSet:
         ]
         single = SettledGarments.of(body.shaped(), [dataset.take(takes[shapes[0]]) for takes in partial])
         rests = np.array([each.fit_rest(binding) for each in settled])
-        fitted = ShapeModel.fit(rests, betas, components=options.shape_components, ridge=options.shape_ridge)
-        rest = extend_to_all_betas(fitted, body, binding.nearest, dataset.garment.faces)
+        rest = extend_to_all_betas(_rest_model(rests, betas, options), body, binding.nearest, dataset.garment.faces)
         others = [
             (pose, shape, name)
             for pose, takes in enumerate([*complete, *partial])
@@ -160,10 +162,20 @@ def _offsets(
     return np.stack(offsets, axis=1)
 
 
+def _rest_model(
+    rests: Float[np.ndarray, "shapes rows"], betas: Float[np.ndarray, "shapes betas"], options: AgentDressConfig
+) -> ShapeModel:
+    """Returns the shape model of the garment at rest for the betas of the anchors, for none if there is one shape."""
+    if len(rests) == 1:
+        return ShapeModel(rests[0], np.zeros((0, rests.shape[1])), 1.0)
+    return ShapeModel.fit(rests, betas, components=options.shape_components, ridge=options.shape_ridge)
+
+
 def _shapes_of_anchors(poses: Sequence[Collection[tuple[float, ...]]]) -> list[tuple[float, ...]]:
     """Returns the shapes of the anchors, the mean one first: those that give the largest complete table of poses.
 
-    Bodies besides the mean one count, since a table of the mean shape alone has no effect of shapes.
+    Bodies besides the mean one count, since a table of the mean shape alone has no effect of shapes. If there is no
+    other shape, it is the mean one alone.
 
     Random bodies occur in one pose each, or in a few after several runs of `hemline drape`. Poses in which the garment
     did not always come to rest occur on some of the shapes.
@@ -172,6 +184,8 @@ def _shapes_of_anchors(poses: Sequence[Collection[tuple[float, ...]]]) -> list[t
         poses: Shapes on which the garment came to rest, for each pose.
     """
     counts = Counter(shape for shapes in poses for shape in shapes)
+    if set(counts) == {()}:
+        return [()]
     best: tuple[int, set[tuple[float, ...]]] = 0, set()
     for least in sorted({count for count in counts.values() if count > 1}):
         shapes = {shape for shape, count in counts.items() if count >= least}

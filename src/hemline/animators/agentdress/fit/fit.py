@@ -182,8 +182,8 @@ def fit_anchors(
             "pose_left_out_mm": pose.leave_one_out_mm,
             "pose_left_out_skinned_mm": _mean_baseline_mm(pose.offsets),
             "pose_basis_mm": _residual_mm(pose.offsets - pose.mean, pose.basis),
-            # for a new pose on a new shape
-            "error_to_expect_mm": pose.leave_one_out_mm + errors_of_shapes["shape_left_out_mm"],
+            # for a new pose on a new shape, or on the mean one if there is no other
+            "error_to_expect_mm": pose.leave_one_out_mm + errors_of_shapes.get("shape_left_out_mm", 0.0),
         }
         | errors_of_shapes
         | dict(shapes.figures)

@@ -9,7 +9,12 @@ from .anchor_set import AnchorSet
 
 
 def shape_figures(anchors: AnchorSet, config: AgentDressConfig) -> dict[str, float]:
-    """Returns the errors of the shape models on their training garments and in leave-one-out tests [mm]."""
+    """Returns the errors of the shape models on their training garments and in leave-one-out tests [mm].
+
+    There are none if all anchors are of one shape.
+    """
+    if len(anchors.betas) == 1:
+        return {}
     betas, count = anchors.betas, len(anchors.betas)
     options = {"components": config.shape_components, "ridge": config.shape_ridge}
     rests = anchors.rest.at(betas)

@@ -16,6 +16,9 @@ from .anchor_set import AnchorSet
 from .material_fit import MaterialChanges, fit_materials
 from .shape_kernel import ShapeChanges, best_shape_kernel
 
+UNUSED_DEVIATION = 1e-3
+"""Scale of the basis mode that a model of one shape does not use [m]."""
+
 
 @dataclass(frozen=True)
 class ShapeFit:
@@ -56,9 +59,22 @@ def fit_shapes(
         config: Options; only the `kernel` model supports materials.
         materials: Changes in other materials, which share the basis.
     """
+    if len(anchors.betas) == 1 and not len(anchors.other_betas):
+        return _no_effect(anchors, scale)
     if config.shape_model == "blended":
         return _by_anchor(anchors, config)
     return _by_kernel(anchors, distances, scale, regions, config, materials)
+
+
+def _no_effect(anchors: AnchorSet, scale: np.ndarray) -> ShapeFit:
+    """Returns a model without an effect of the shape besides that on the garment at rest, for anchors of one shape."""
+    basis = np.zeros((1, anchors.rest.mean.size))
+    basis[0, 0] = 1.0
+    size = scale.astype(np.float32)
+    samples = ShapeSamples(
+        np.zeros(1, np.int32), np.ones((1, len(size)), np.float32), np.zeros((1, 1, 1), np.float32), size
+    )
+    return ShapeFit(basis, np.full(1, UNUSED_DEVIATION), samples, 1.0, {})
 
 
 def shape_models(anchors: AnchorSet, config: AgentDressConfig) -> list[ShapeModel]:

@@ -91,6 +91,14 @@ def warn_of_poor_fit(garment: str, figures: Mapping[str, float], config: AgentDr
                 f"{expected}, or make it larger",
             )
         )
+    if figures["shapes"] == 1:
+        problems.append(
+            (
+                f"'{garment}' was settled on one body: on others it follows the skin, without folds of their own",
+                "one shape",
+                "drape it with --anchors if it is to be played on other bodies",
+            )
+        )
     if figures["anchors"] < config.neighbours:
         problems.append(
             (
