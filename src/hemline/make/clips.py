@@ -21,7 +21,9 @@ LEAST_SECONDS = 1.0
 
 
 def open_clips(names: Sequence[str], up: str | None = None) -> list[Motion]:
-    """Returns the longest part without jumps of each clip; of all shipped ones but `CHECK_CLIP` if none is named.
+    """Returns the longest part without jumps of each clip.
+
+    If none is named, they are all shipped ones but `CHECK_CLIP`, and sections of recordings of many people.
 
     Args:
         names: The clips.
@@ -31,7 +33,10 @@ def open_clips(names: Sequence[str], up: str | None = None) -> list[Motion]:
         BadMotion: A clip cannot be read.
         BadInput: A clip is named twice, or is the one that methods are compared on.
     """
-    chosen = list(names) or [name for name in motions.names() if name != CHECK_CLIP]
+    if not names:
+        shipped = [motions.load(name) for name in motions.names() if name != CHECK_CLIP]
+        return [clean_part(motion) for motion in (*shipped, *motions.varied_clips())]
+    chosen = list(names)
     for name in chosen:
         if name == CHECK_CLIP or chosen.count(name) > 1:
             cure = f"name each clip once, and not '{CHECK_CLIP}', on which methods are compared"

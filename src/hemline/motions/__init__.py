@@ -12,7 +12,8 @@ from .shipped import load as load
 from .shipped import names as names
 from .store import write as write
 from .subjects import subject_of as subject_of
-from .varied_poses import varied_poses as varied_poses
+from .varied import varied_clips as varied_clips
+from .varied import varied_poses as varied_poses
 
 __all__ = [
     "JOINT_NAMES",
@@ -26,6 +27,7 @@ __all__ = [
     "read",
     "split_name",
     "subject_of",
+    "varied_clips",
     "varied_poses",
     "write",
 ]
