@@ -1,8 +1,8 @@
 """Plays garments by rope chains where they hang and by AgentDress where they lie close: `python -m benchmarks.blends`.
 
 For garments of `benchmarks.making` whose run fitted both methods, plays each method alone and both blended, on the clip
-that neither was fitted to. The weight of a vertex is how much it hangs (`hemline.make.regions`), smoothed over the mesh.
-Writes one JSON line for each garment to benchmarks/results/blends.jsonl.
+that neither was fitted to. The weight of a vertex is how much it hangs (`hemline.make.regions`), smoothed over the
+mesh. Writes one JSON line for each garment to benchmarks/results/blends.jsonl.
 """
 
 import argparse

@@ -99,7 +99,9 @@ def main() -> None:
         outcome, reason = None, ""
         try:
             say = lambda line: print(line, file=sys.stderr)  # noqa: E731
-            outcome = make_model(garment_of(name), model_file(name, options.minutes), settings, jobs=options.jobs, say=say)
+            outcome = make_model(
+                garment_of(name), model_file(name, options.minutes), settings, jobs=options.jobs, say=say
+            )
         except HemlineError as error:
             reason = str(error)
         with RESULTS.open("a") as stream:

@@ -1,7 +1,7 @@
-"""Writes docs/making.md about the models that `benchmarks.making` made: `python -m benchmarks.making_page [--pictures]`.
+"""Writes docs/making.md about the models of `benchmarks.making`: `python -m benchmarks.making_page [--pictures]`.
 
-Everything on the page is computed from benchmarks/results/making.jsonl. With `--pictures`, the worst frame of each model
-is drawn beside the simulation, from out/making, into docs/making.
+Everything on the page is computed from benchmarks/results/making.jsonl. With `--pictures`, the worst frame of each
+model is drawn beside the simulation, from out/making, into docs/making.
 """
 
 import argparse
@@ -184,9 +184,9 @@ def blends() -> list[str]:
         "",
         "## Two methods in one model",
         "",
-        "Cloth that hangs by `ropes` and cloth that lies close by `agentdress`, blended by how much each vertex hangs, as "
-        "played (`python -m benchmarks.blends`). It would ship if its error were 15 % below that of the better method "
-        "alone.",
+        "Cloth that hangs by `ropes` and cloth that lies close by `agentdress`, blended by how much each vertex hangs, "
+        "as played (`python -m benchmarks.blends`). It would ship if its error were 15 % below that of the better "
+        "method alone.",
         "",
         "| garment | hangs [%] | `agentdress` [mm] | `ropes` [mm] | blend [mm] | blend / better one | "
         "`agentdress` p99 [%] | `ropes` p99 [%] | blend p99 [%] | `live` [mm] |",
@@ -210,7 +210,8 @@ def gallery(made: list[dict[str, Any]]) -> list[str]:
         "",
         "## Worst frames",
         "",
-        "The frame with the largest error of each model: the simulation, the model, and the model coloured by its error.",
+        "The frame with the largest error of each model: the simulation, the model, and the model coloured by its "
+        "error.",
         "",
     ]
     for row in made:
@@ -258,8 +259,8 @@ def page(recorded: dict[str, dict[str, Any]]) -> str:
     parts += ["", "No model:", "", *refused] if refused else []
     parts += [
         "",
-        f"Frames are to take at most {settings.ms:.0f} ms; errors that differ by less than {100 * ALIKE:.0f} % count as "
-        "equal, and then the fastest method is chosen.",
+        f"Frames are to take at most {settings.ms:.0f} ms; errors that differ by less than {100 * ALIKE:.0f} % count "
+        "as equal, and then the fastest method is chosen.",
         *fitted_trials(),
         *longer_runs(),
         *blends(),

@@ -10,15 +10,17 @@ import pytest
 
 from hemline import sim
 from hemline.errors import BadInput
-from hemline.make.clips import FPS, at_speed, clean_part, open_clips, requests
+from hemline.make.clips import FPS, at_speed, clean_part, open_clips, posed_clips, requests
 from hemline.make.plan import (
     BODIES,
     BODY_FRAMES,
     DERIVATIVE_FRAMES,
     DRAPE_FRAMES,
+    ENOUGH_POSES,
     FEWEST_ANCHORS,
     FEWEST_POSES,
     LEAST_EFFORT,
+    POSE_FRAMES,
     RESERVE,
     DataPlan,
     agentdress_seconds,
@@ -28,7 +30,7 @@ from hemline.make.plan import (
 )
 from hemline.make.settings import METHODS, MakeSettings
 from hemline.make.simulations import shorten_check
-from hemline.motions import load, names
+from hemline.motions import load, names, varied_clips
 
 CASES = list(itertools.product([0.0, 0.1, 0.3, 0.6, 0.9, 1.0], [0.01, 0.1, 0.6], [30.0, 500.0, 30000.0], [1, 2, 16]))
 
@@ -50,13 +52,14 @@ def test_a_plan_keeps_to_its_time_and_says_what_it_leaves_out(hanging, frame_s, 
     assert planned <= (1 - RESERVE) * left + 1e-9
     assert set(plan.methods) >= {"skinned", "lag", "swingar", "live"}  # these need no data
     assert (plan.frames > 0) == ("ropes" in plan.methods)
-    assert (plan.anchors > 0) == ("agentdress" in plan.methods)
+    assert (plan.poses > 0) == ("agentdress" in plan.methods)
+    assert plan.poses > 0 or (plan.anchors, plan.random) == (0, 0)
     out = {reason.split()[0] for reason in plan.left_out}
     assert out == set(METHODS) - set(plan.methods)
 
 
 def test_more_time_buys_more_of_everything():
-    short, long = (make_plan(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (20, 120))
+    short, long = (make_plan(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (60, 360))
     assert short.frames > 0
     assert short.anchors > 0
     assert 5 < long.frames / short.frames < 7
@@ -86,21 +89,21 @@ def test_no_more_frames_are_planned_than_the_clips_have():
 @pytest.mark.parametrize("minutes", [60, 600, 6000])
 @pytest.mark.parametrize("hanging", [0.05, 0.5])
 def test_no_more_drapes_are_planned_than_the_clips_have_poses(minutes, hanging):
-    clips = open_clips([])
-    poses = len(np.unique(sim.sample_poses(clips), axis=0))
+    poses = len(np.unique(sim.sample_poses(posed_clips(open_clips([]))), axis=0))
+    assert poses > 400  # those of many people, and those of the clips
     plan = make_plan(METHODS, hanging, 0.05, 60 * minutes, 2, most_poses=poses)
-    assert 0 < plan.anchors <= 150
+    assert 0 <= plan.anchors <= 150
     assert max(plan.poses, plan.random) <= poses
     if minutes > 60:
         assert plan.poses == poses
-        assert plan.random == poses
+        assert plan.anchors > 0
 
 
 @pytest.mark.parametrize("minutes", [10, 60, 600])
 @pytest.mark.parametrize("frame_s", [0.05, 0.2, 1.0])
 def test_time_that_the_clips_do_not_take_is_planned_for_drapes(minutes, frame_s):
     plan = make_plan(METHODS, 0.4, frame_s, 60 * minutes, 2, most_frames=3630)
-    if plan.anchors:
+    if plan.poses:
         cost = frame_s * DRAPE_FRAMES / 2 + 1
         planned = sum(plan.seconds(frame_s, 2, 1.0).values())
         assert planned == pytest.approx((1 - RESERVE) * 60 * minutes, abs=cost * BODIES + 2)
@@ -128,7 +131,7 @@ def test_training_is_shortened_to_the_time_that_is_left():
 
 def test_a_fit_to_more_takes_longer():
     assert ropes_seconds(2000, 1.0) > ropes_seconds(1000, 1.0) > ropes_seconds(1000, 1.0, 0.5) > 0
-    assert agentdress_seconds(108, 1.0) == pytest.approx(6, abs=1)  # measured: 6.1 s
+    assert agentdress_seconds(150, 1.0) == pytest.approx(13, abs=2)  # measured: 13 s
 
 
 def test_a_plan_comes_back_from_its_file():
@@ -138,8 +141,8 @@ def test_a_plan_comes_back_from_its_file():
 
 def test_clips_are_cut_to_the_frames_that_there_is_time_for():
     clips = open_clips([])
-    assert {clip.name for clip in clips} == set(names()) - {"dance"}
-    for wanted in (150, 400, 600):
+    assert {clip.name for clip in clips} == (set(names()) - {"dance"}) | {clip.name for clip in varied_clips()}
+    for wanted in (600, 1200, 2000):
         found = requests(clips, wanted)
         assert abs(sum(len(each.motion) for each in found) - wanted) <= len(clips)
         longest = max(len(each.motion) for each in found)
@@ -171,21 +174,28 @@ def test_clips_that_would_spoil_the_comparison_are_refused(clips, match):
         open_clips(clips)
 
 
-def test_a_small_budget_settles_the_fewest_anchors_rather_than_none():
-    cost = 0.05 * DRAPE_FRAMES + agentdress_seconds(1, 1.0)
-    bodies = 0.05 * BODIES * (BODY_FRAMES + DERIVATIVE_FRAMES)
-    least = ((BODIES * (FEWEST_ANCHORS + 1) + FEWEST_POSES) * cost + bodies) / (1 - RESERVE)
+def test_a_small_budget_has_the_fewest_poses_and_no_bodies_of_other_shapes():
+    cost = 0.05 * POSE_FRAMES + agentdress_seconds(1, 1.0)
+    first = 0.05 * (BODY_FRAMES + DERIVATIVE_FRAMES + DRAPE_FRAMES) + agentdress_seconds(1, 1.0)
+    least = (FEWEST_POSES * cost + first) / (1 - RESERVE)
     enough, too_little = (make_plan(METHODS, 0.05, 0.05, factor * least, 1) for factor in (1.01, 0.99))
-    assert (enough.anchors, "agentdress" in enough.methods) == (FEWEST_ANCHORS, True)
-    assert enough.poses > 0
-    assert too_little.anchors == 0
+    assert (enough.poses, "agentdress" in enough.methods) == (FEWEST_POSES, True)
+    assert (enough.anchors, enough.drapes) == (0, FEWEST_POSES + 1)
+    assert too_little.poses == 0
     assert any(reason.startswith("agentdress needs about") for reason in too_little.left_out)
 
 
-def test_a_garment_that_half_hangs_gets_the_fewest_anchors_before_more_clips():
-    short, long = (make_plan(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (14, 84))
-    assert short.anchors == FEWEST_ANCHORS < long.anchors
-    assert 150 <= short.frames < long.frames / 6
+def test_bodies_of_other_shapes_wait_until_there_are_enough_poses():
+    plans = [make_plan(METHODS, 0.05, 0.1, 60 * minutes, 2, most_poses=560) for minutes in (3, 6, 15, 30, 60, 600)]
+    assert [plan.poses for plan in plans] == sorted(plan.poses for plan in plans)
+    assert all(plan.poses >= ENOUGH_POSES for plan in plans if plan.anchors)
+    assert plans[0].anchors == 0 < FEWEST_ANCHORS <= plans[-2].anchors < plans[-1].anchors
+
+
+def test_a_garment_that_half_hangs_gets_the_fewest_poses_before_more_clips():
+    short, long = (make_plan(METHODS, 0.5, 0.1, minutes * 60, 2) for minutes in (2.5, 24))
+    assert FEWEST_POSES <= short.poses < 1.3 * FEWEST_POSES < long.poses
+    assert 150 <= short.frames < long.frames / 5
 
 
 def test_time_is_shared_as_the_area_is():

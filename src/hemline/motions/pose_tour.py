@@ -1,5 +1,7 @@
 """A clip that leads through given poses one after the other, so that a garment can be simulated in all of them."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from hemline.arrays import Float, Int
@@ -48,7 +50,7 @@ def pose_tour(
         name: Name of the clip.
     """
     parts = [rotations[:1]]
-    for first, second in zip(rotations[:-1], rotations[1:], strict=True):
+    for first, second in pairwise(rotations):
         steps = np.arange(1, frames + 1) / frames
         eased = steps * steps * (3 - 2 * steps)
         parts.append(np.stack([slerp(first, second, fraction) for fraction in eased]))

@@ -33,8 +33,15 @@ def reliable_range(fitted: BetaRange) -> BetaRange:
 
 
 def warn_of_extreme_betas(garment: str, fitted: BetaRange, betas: Betas) -> None:
-    """Warns of betas beyond the reliable range."""
+    """Warns of betas beyond the reliable range, or of any if the garment was fitted on the mean body alone."""
     low, high = reliable_range(fitted)
+    if low == high:
+        if np.any(betas):
+            what = f"the model of '{garment}' was fitted on one body, and follows the skin of others without new folds"
+            cure = "fit it to drapes on bodies of many shapes (hemline drape --anchors)"
+            got = " ".join(f"{beta:g}" for beta in np.trim_zeros(betas, "b"))
+            warnings.warn(HemlineWarning(what, f"betas {got}", cure), stacklevel=3)
+        return
     if not ((betas >= low) & (betas <= high)).all():
         warnings.warn(
             HemlineWarning(

@@ -50,8 +50,8 @@ TERMS: dict[str, tuple[str, ...]] = {
     "skinned": (OWN,),
 }
 """Licences of each file that holds `licences`: of the body, the garment mesh, and the motions of the fit."""
-CLIPS = "excerpts"
-"""File of clips, each of which has CMU's terms."""
+CLIPS = ("excerpts", "varied")
+"""Files of clips, each of which has CMU's terms."""
 
 
 def read_contents(path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -68,7 +68,7 @@ def add_terms(name: str, metadata: dict[str, Any]) -> dict[str, Any]:
         name: Name of the file without its ending.
         metadata: Its JSON metadata.
     """
-    if name == CLIPS:
+    if name in CLIPS:
         clips = {clip: entry | {"licence": CMU_TERMS} for clip, entry in metadata["motions"].items()}
         return metadata | {"motions": clips}
     return metadata | {"licences": list(TERMS[name])}
@@ -81,7 +81,7 @@ def main() -> None:
     if parser.parse_args().unfitted:
         for model in (Live(), Skinned()):
             model.save(FOLDER / f"{model.name}.safetensors")
-    for name in (*TERMS, CLIPS):
+    for name in (*TERMS, *CLIPS):
         path = FOLDER / f"{name}.safetensors"
         arrays, metadata = read_contents(path)
         updated = add_terms(name, metadata)

@@ -17,9 +17,9 @@ from hemline.bodies import ShapedBody
 from hemline.motions import subject_of
 from hemline.motions.motion import PARENTS, Motion
 from hemline.motions.pose_clusters import cluster_poses
+from hemline.motions.quaternions import angle, inverse, multiply
 from hemline.motions.store import write_many
 from hemline.motions.terms import CMU_TERMS
-from hemline.motions.quaternions import angle, inverse, multiply
 from hemline.motions.varied import POSES, POSES_FPS, VARIED
 
 FIT_CLIPS = Path(__file__).parents[1] / "fit.clips"
