@@ -131,7 +131,7 @@ def test_training_is_shortened_to_the_time_that_is_left():
 
 def test_a_fit_to_more_takes_longer():
     assert ropes_seconds(2000, 1.0) > ropes_seconds(1000, 1.0) > ropes_seconds(1000, 1.0, 0.5) > 0
-    assert agentdress_seconds(150, 1.0) == pytest.approx(13, abs=2)  # measured: 13 s
+    assert agentdress_seconds(150, 1.0) == pytest.approx(15, abs=4)  # measured: 12 to 15 s
 
 
 def test_a_plan_comes_back_from_its_file():

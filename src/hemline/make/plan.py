@@ -10,7 +10,7 @@ DRAPE_FRAMES, BODY_FRAMES, DERIVATIVE_FRAMES, POSE_FRAMES = 25.0, 135.0, 45.0, 9
 and of a pose of a tour, in simulated frames of the same garment."""
 ROPES_START_S, ROPES_FRAME_S, ROPES_TRAINED_FRAME_S = 20.0, 0.045, 0.075
 """Time of a fit of rope chains: at the start, for each frame, and for the training on each frame [s], at slowness 1."""
-AGENTDRESS_DRAPE_S = 0.09
+AGENTDRESS_DRAPE_S = 0.12
 """Time that the fit of AgentDress takes for each drape, at slowness 1 [s]."""
 TRIAL_S, REPORT_S = 20.0, 25.0
 """Time of playing one method on the clip that is kept back, and of writing the report, at slowness 1 [s]."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.animators.agentdress.pose_model import kernel, leave_groups_out
+from hemline.animators.agentdress.pose_model import invert_definite, kernel, leave_groups_out
 from hemline.animators.agentdress.shape_samples import SHAPE_LENGTH_SCALE, kernel_over_shapes
 from hemline.arrays import Float, Int
 
@@ -93,14 +93,12 @@ def fit_shape_kernel(
         Virtual Agents using Plausible Deformations", 2021, whose section 6 leaves a joint treatment of pose and shape
         to future work.
     """
-    from scipy.linalg import cho_factor, cho_solve
-
     poses, outputs, identity = changes.poses, changes.outputs, np.eye(len(changes.poses))
     between = kernel_over_shapes(changes.coordinates, changes.coordinates, SHAPE_LENGTH_SCALE)
     weights, residuals = [], []
     for region in range(distances.shape[1]):
         gram = kernel(distances[:, region].astype(np.float64), width)[np.ix_(poses, poses)] * between
-        inverse = cho_solve(cho_factor(gram + ridge * identity), identity)
+        inverse = invert_definite(gram + ridge * identity)
         solved = inverse @ outputs
         weights.append(solved)
         residuals.append(leave_groups_out(inverse, solved, changes.groups))
