@@ -35,7 +35,7 @@ def _next_of_animate(options: Any) -> str:
 
 
 def _next_of_drape(options: Any) -> str:
-    if options.anchors or options.poses_of is not None:
+    if options.anchors or options.tour or options.poses_of is not None:
         return f"hemline fit {_one(options.output)} -o {_one(options.output.with_suffix('.safetensors'))}"
     return f"hemline drape {_one(options.garment)} --anchors 4 --poses 40 -m walk run -o {_one(options.output)}-posed"
 

@@ -1,5 +1,6 @@
 """Drapes along a tour: a body passes through poses, and the garment is kept in each of them."""
 
+import json
 from contextlib import nullcontext
 from functools import cache
 
@@ -8,6 +9,7 @@ import pytest
 
 from hemline import garments, motions
 from hemline.animators.agentdress.fit.fit import fit
+from hemline.cli.main import main
 from hemline.datasets import open_dataset
 from hemline.garments import coarser_garment
 from hemline.motions.motion import Motion
@@ -111,3 +113,17 @@ def test_agentdress_is_fitted_to_it_and_follows_the_skin_of_other_bodies(toured)
     away = np.linalg.norm(moved - skin, axis=1)
     assert np.linalg.norm(skin, axis=1).mean() > 0.02
     assert away.mean() < 0.25 * np.linalg.norm(skin, axis=1).mean()
+
+
+def test_the_command_makes_a_tour_of_poses_of_many_people(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    shirt().save("shirt.safetensors")
+    assert main(["drape", "shirt.safetensors", "--tour", "3", "-o", "drapes", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"dataset": "drapes", "poses": 3}
+    found = open_dataset("drapes")
+    shipped = sample_poses([motions.varied_poses()])
+    poses = [found.take(row).motion[0] for row in found.anchors()]
+    near = [np.abs((shipped[:, 1:] * pose.rotations[1:]).sum(axis=2)).min(axis=1).max() for pose in poses]
+    assert sum(each > 0.99 for each in near) >= 3
+    assert main(["drape", "shirt.safetensors", "--tour", "3", "--anchors", "2", "-m", "walk", "-o", "drapes"]) == 2
+    assert "--tour stands alone; got other poses" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""`hemline drape GARMENT -o DATASET --spread 4`, or `--anchors 150 --motion FILE...`."""
+"""`hemline drape GARMENT -o DATASET --spread 4`, `--anchors 150 --motion FILE...`, or `--tour 300`."""
 
 import json
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from hemline.errors import BadInput
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
     from hemline.garments import Garment
+    from hemline.motions import Motion
 
 
 LEAST_ANCHORS = 2
@@ -46,6 +47,10 @@ class DrapeOptions:
     With 0, the garment is settled in the rest pose."""
     poses: int = 0
     """Number of additional poses to settle on the mean body alone. They are cheap and improve the pose model."""
+    tour: int = 0
+    """Number of poses that one moving body passes through, in each of which the garment is kept.
+    They cost a third of --poses, and the verb fit needs no anchors then, but follows the skin on other bodies.
+    Without --motion they are poses of many people."""
     poses_of: Path | None = None
     """Dataset folder of which --poses poses are settled again in --material on the mean body.
     The verb fit learns the effect of the material from both datasets. By default no poses are reused."""
@@ -73,7 +78,9 @@ def run(options: DrapeOptions) -> int:
     from hemline.sim import axis_shapes, produce_rests, random_shapes
 
     body = bodies.load(options.body)
-    if bool(options.anchors) != bool(options.motion):
+    if options.tour and (options.anchors or options.poses or options.poses_of is not None):
+        raise BadInput("--tour stands alone", "other poses", "give them in a second run into the same folder")
+    if bool(options.anchors) != bool(options.motion) and not options.tour:
         raise BadInput("--anchors and --motion belong together", "one of them", "give both, or neither")
     if options.poses and not options.anchors and options.poses_of is None:
         raise BadInput("--poses stand beside --anchors, or are those of --poses-of", "neither", "give one of the two")
@@ -81,13 +88,15 @@ def run(options: DrapeOptions) -> int:
         raise BadInput("--derivatives are those at the anchors", "no --anchors", "give both")
     if options.jobs < 1:
         raise BadInput("--jobs must be at least 1", options.jobs, "leave it out for 1")
-    for name in ("spread", "random", "seed", "anchors", "poses"):
+    for name in ("spread", "random", "seed", "anchors", "poses", "tour"):
         if getattr(options, name) < 0:
             raise BadInput(f"--{name} must not be negative", getattr(options, name), "give 0 or more")
     if options.spread > len(body.shapedirs):
         raise BadInput(f"--spread: {body.name} has {len(body.shapedirs)} betas", options.spread, "give fewer")
     if options.poses_of is not None:
         return _in_poses_of(options, options.poses_of)
+    if options.tour:
+        return _tour(options)
     if options.anchors:
         return _anchors(options)
     shapes = [*axis_shapes(options.spread), *random_shapes(body, options.random, options.seed)]
@@ -186,16 +195,51 @@ def _in_poses_of(options: DrapeOptions, folder: Path) -> int:
     return 0 if settled else 1
 
 
-def _anchors(options: DrapeOptions) -> int:
-    """Settles anchors; returns status 1 if so few came to rest that no model can be fitted to them."""
-    from hemline import bodies, motions
-    from hemline.sim import make_database
+def _clips(options: DrapeOptions) -> "list[Motion]":
+    """Returns the longest part without jumps of each clip."""
+    from hemline import motions
 
     clips = []
     for path in options.motion:
         motion = motions.open_motion(path, up=options.up)
         first, last = motions.longest_clean(motion)
         clips.append(motion[first:last])
+    return clips
+
+
+def _tour(options: DrapeOptions) -> int:
+    """Keeps the garment in the poses of a tour; returns status 1 if there are too few of them for a fit."""
+    from hemline import bodies, motions
+    from hemline.sim import make_tour
+
+    shaped = bodies.load(options.body).shaped()
+    garment = _garment(options, shaped)
+    _say_if_loose(options, garment, shaped)
+    with stages() as progress:
+        count = make_tour(
+            options.output,
+            garment,
+            _clips(options) or [motions.varied_poses()],
+            options.tour,
+            tour=options.output.with_name(f"{options.output.name}-tour"),
+            seed=options.seed,
+            jobs=options.jobs,
+            scheduler=options.scheduler,
+            progress=progress,
+        )
+    made = {"dataset": str(options.output), "poses": count}
+    print(json.dumps(made) if options.json else f"{count} poses on one body")
+    if left_out := options.tour - count:
+        note(f"{left_out} of {options.tour} poses are left out: the clips lack them, or the cloth was torn")
+    return 0 if count >= LEAST_ANCHORS else 1
+
+
+def _anchors(options: DrapeOptions) -> int:
+    """Settles anchors; returns status 1 if so few came to rest that no model can be fitted to them."""
+    from hemline import bodies
+    from hemline.sim import make_database
+
+    clips = _clips(options)
     shaped = bodies.load(options.body).shaped()
     garment = _garment(options, shaped)
     _say_if_loose(options, garment, shaped)
