@@ -103,6 +103,11 @@ class Settled(Protocol):
     shortens edges that are much longer than at rest on that body.
     """
 
+    @property
+    def stretch_limit(self) -> float:
+        """Longest length of an edge, over the longer of those on the pattern and at rest on the body."""
+        ...
+
     def drape(self, posed: "PosedBody") -> Vertices:
         """Predicts the garment settled in a pose, without history (verts, 3) [m]."""
         ...

@@ -20,6 +20,11 @@ BetaRange = tuple[float, float]
 DEFAULT_BETA_RANGE: BetaRange = (-2.0, 2.0)
 """Range of the betas of the anchors that `hemline drape --anchors` makes."""
 
+DEFAULT_STRETCH_LIMIT = 1.15
+"""Stretch limit of models whose file does not name one."""
+LEAST_STRETCH_LIMIT, MOST_STRETCH_LIMIT = 1.06, 1.15
+"""Smallest and largest stretch limit: below, every frame would need correction; above, the cloth looks torn."""
+
 RANGE_FACTOR = 1.5
 """Ratio of the range in which the shape model is reliable to the range of the fit."""
 
@@ -60,6 +65,18 @@ def warn_of_unknown_material(garment: str, materials: Materials, material: Mater
         names = ", ".join((materials.own.name, *materials.known))
         what = f"the model of '{garment}' was fitted on {names}; what is stiffer, limper or smoother it has to guess"
         warnings.warn(HemlineWarning(what, material.name, "drape it in that material, too"), stacklevel=3)
+
+
+def read_stretch_limit(metadata: Mapping[str, Any]) -> float:
+    """Reads the stretch limit from the metadata of a model file; the default one if it is missing.
+
+    Raises:
+        BadModel: It is no number from 1 to 2.
+    """
+    found = metadata.get("stretch_limit", DEFAULT_STRETCH_LIMIT)
+    if not isinstance(found, float) or not 1 <= found <= 2:
+        raise BadModel("the stretch limit of a model is a number from 1 to 2", found, AGAIN)
+    return found
 
 
 def read_beta_range(metadata: Mapping[str, Any]) -> BetaRange:

@@ -11,7 +11,7 @@ from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, entry, part
 from hemline.options import options_of
 
-from .bounds import BetaRange, read_beta_range
+from .bounds import BetaRange, read_beta_range, read_stretch_limit
 from .config import AgentDressConfig
 from .materials import Materials
 from .tables import Tables
@@ -26,9 +26,12 @@ def arrays_of(tables: Tables, materials: Materials | None) -> dict[str, np.ndarr
     return {f"{part}.{name}": array for part, arrays in parts.items() for name, array in arrays.items()}
 
 
-def metadata_of(materials: Materials | None, *, width: float, shape_width: float, betas: BetaRange) -> dict[str, Any]:
+def metadata_of(
+    materials: Materials | None, *, width: float, shape_width: float, betas: BetaRange, stretch_limit: float
+) -> dict[str, Any]:
     """Returns the AgentDress entry of the metadata; see the fields of `AnimatorAgentDress`."""
     own = {"version": VERSION, "width": width, "shape_width": shape_width, "betas": list(betas)}
+    own["stretch_limit"] = stretch_limit
     return {"agentdress": own if materials is None else own | {"materials": materials.metadata()}}
 
 
@@ -71,5 +74,6 @@ def fields_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> 
         "figures": entry(metadata, "figures", dict),
         "licences": tuple(str(text) for text in entry(metadata, "licences", list)),
         "fitted_betas": read_beta_range(own),
+        "stretch_limit": read_stretch_limit(own),
         "materials": materials,
     }

@@ -44,6 +44,11 @@ class AnimatorAgentDressLevel(LevelOf):
         """Novelty limit of the full animator."""
         return self.full.novelty_limit
 
+    @property
+    def stretch_limit(self) -> float:
+        """Stretch limit of the full animator."""
+        return self.full.stretch_limit
+
     def novelty(self, state: AgentDressState) -> float:
         """Returns the novelty that the full animator computes."""
         return self.full.novelty(state)

@@ -22,6 +22,7 @@ from hemline.motions.quaternions import to_matrix
 from .binding import Binding
 from .bounds import (
     DEFAULT_BETA_RANGE,
+    DEFAULT_STRETCH_LIMIT,
     NOVELTY_LIMIT,
     BetaRange,
     novelty,
@@ -77,6 +78,8 @@ class AnimatorAgentDress:
     licences: tuple[str, ...] = ()
     fitted_betas: BetaRange = DEFAULT_BETA_RANGE
     """Lowest and highest beta of the anchors."""
+    stretch_limit: float = DEFAULT_STRETCH_LIMIT
+    """Longest length of an edge, over the longer of those on the pattern and at rest on the body."""
     materials: Materials | None = None
     """Effects of other materials than that of the fit, if the garment was also draped in others."""
     name = "agentdress"
@@ -370,7 +373,13 @@ class AnimatorAgentDress:
             config=asdict(self.config),
             figures=self.figures,
             licences=self.licences,
-            extra=metadata_of(self.materials, width=self.width, shape_width=self.shape_width, betas=self.fitted_betas),
+            extra=metadata_of(
+                self.materials,
+                width=self.width,
+                shape_width=self.shape_width,
+                betas=self.fitted_betas,
+                stretch_limit=self.stretch_limit,
+            ),
         )
 
     @classmethod

@@ -58,6 +58,20 @@ def settled_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
     return np.concatenate([np.full(len(part.garment.vertices), isinstance(part, Settled)) for part in parts])
 
 
+def stretch_limits(animator: Animator) -> tuple[float, ...]:
+    """Returns how much longer than at rest edges may be, for each garment of an animator; 0 if it is not `Settled`.
+
+    Args:
+        animator: One animator, or several worn together.
+    """
+    parts = animator.parts if isinstance(animator, AnimatorTogether) else (animator,)
+    found = []
+    for part in parts:
+        limit = part.stretch_limit if isinstance(part, Settled) else 0.0
+        found += [limit] * len(part.garment.layers)
+    return tuple(found)
+
+
 def rest_function(animator: Animator) -> Callable[[Any], Vertices]:
     """Returns a function from a State to the garment at rest on its body (verts, 3) [m].
 
@@ -99,28 +113,28 @@ class ClosePiece(NamedTuple):
 
 
 def close_pieces(
-    garment: Garment, on_body: GarmentOnBody, settled: Bool[np.ndarray, " verts"], level: LevelOnBody, body: ShapedBody
+    garment: Garment, on_body: GarmentOnBody, limits: tuple[float, ...], level: LevelOnBody, body: ShapedBody
 ) -> tuple[ClosePiece, ...]:
     """Prepares the settled pieces of a garment.
 
     Args:
         garment: One garment, or several worn together.
         on_body: The garment in relation to the collider.
-        settled: Result of `settled_vertices`.
+        limits: Result of `stretch_limits`.
         level: The level of detail; skin is covered only where its collider is the body.
         body: The body that wears the garment.
     """
     pieces, low, prepared = split_pieces(garment), 0, list[ClosePiece]()
     made_on = body.body.shaped(garment.body_betas) if level.body is body else None
-    for piece in pieces:
+    for piece, limit in zip(pieces, limits, strict=True):
         high = low + len(piece.vertices)
-        if settled[low:high].all():
+        if limit:
             near = on_body
             if len(pieces) > 1:
                 known = None if made_on is None else made_on.vertices
                 near = GarmentOnBody.of(level.body, piece.vertices, patches=on_body.patches, made_on=known)
             skin = None if made_on is None else made_on.bare  # an accessory is not covered: cloth goes around it
-            prepared.append(ClosePiece(low, high, CloseCloth.prepare(skin, piece, near)))
+            prepared.append(ClosePiece(low, high, CloseCloth.prepare(skin, piece, near, stretch=limit)))
         low = high
     return tuple(prepared)
 

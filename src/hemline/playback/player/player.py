@@ -45,6 +45,7 @@ from .layers import (
     projector_of,
     rest_function,
     settled_vertices,
+    stretch_limits,
 )
 from .notebook import frame_html
 from .origin import WORLD_ORIGIN, Origin, in_world, origin_for, relative_to
@@ -161,7 +162,7 @@ class Player:
         cloth = None
         if whole and not settled.all():
             cloth = WholeCloth.prepare(collider, garment, on_body, WholeSettings().at_detail(detail))
-        close = close_pieces(garment, on_body, settled, level, body) if whole else ()
+        close = close_pieces(garment, on_body, stretch_limits(level.animator), level, body) if whole else ()
         cover = None
         if whole and collider is body:
             cover = covers_of(garment, made_on.bare, settled)

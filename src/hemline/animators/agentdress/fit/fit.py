@@ -23,6 +23,7 @@ from hemline.learning.pca import deviations_of
 from hemline.motions.terms import as_stated
 
 from .anchor_set import AnchorSet
+from .drape_stretch import stretch_limit
 from .material_fit import MaterialChanges
 from .mirror_images import add_mirrored_changes, mirror_image
 from .pose_fit import best_pose_fit
@@ -98,7 +99,8 @@ def fit(
         model = with_rigging(RiggedAnchors.search(dataset, rows, model, anchors, report))
     figures = dict(model.figures) | fit_quality(dataset, anchors)
     warn_of_poor_fit(dataset.garment.name, figures, config)
-    return replace(model, figures=figures, licences=_licences((dataset, *materials)))
+    limit = stretch_limit(dataset, anchors.rest.mean.reshape(-1, 3))
+    return replace(model, figures=figures, licences=_licences((dataset, *materials)), stretch_limit=limit)
 
 
 def _licences(data: Sequence[Dataset]) -> tuple[str, ...]:
