@@ -259,8 +259,8 @@ def page(recorded: dict[str, dict[str, Any]]) -> str:
     parts += ["", "No model:", "", *refused] if refused else []
     parts += [
         "",
-        f"Frames were to take at most {LIMIT_MS:.0f} ms, since two garments at once slow each other down; alone, the limit "
-        f"is {settings.ms:.0f} ms. Errors that differ by less than {100 * ALIKE:.0f} % count "
+        f"Frames were to take at most {LIMIT_MS:.0f} ms, since two garments at once slow each other down; alone, the "
+        f"limit is {settings.ms:.0f} ms. Errors that differ by less than {100 * ALIKE:.0f} % count "
         "as equal, and then the fastest method is chosen.",
         *fitted_trials(),
         *longer_runs(),
