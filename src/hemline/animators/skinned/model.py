@@ -32,7 +32,7 @@ class SkinnedOnBody(NamedTuple):
     rest: Vertices
     """The settled garment in the rest pose of the body [m], float32."""
     skin: SoftWeights
-    """Its skin weights."""
+    """Joints of each vertex, and their weights."""
 
 
 @dataclass(frozen=True, eq=False)
