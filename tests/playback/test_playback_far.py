@@ -23,18 +23,8 @@ from hemline.playback.tally import Tally
 DT = 1 / 30
 PLACES = ([64000.0, 0.0, -128.0], [1e6, 0.0, -1e6], [-1e6, 640.0, 64.0])
 """A whole number of 64 m away: the local frames of clips that are moved by it are those of the clip, bit for bit."""
-ANIMATORS = (
-    "cape",
-    "cape at 0.25",
-    "skirt",
-    "tshirt-light",
-    "worn together",
-    "redressed",
-    "live",
-    "lag",
-    "skinned",
-    "swingar",
-)
+FOR_ANY_GARMENT = ("live", "lag", "skinned", "swingar")
+ANIMATORS = ("cape", "cape at 0.25", "skirt", "tshirt-light", "worn together", "redressed", *FOR_ANY_GARMENT)
 
 
 @pytest.fixture(scope="module")

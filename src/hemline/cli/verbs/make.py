@@ -29,8 +29,8 @@ class MakeOptions:
     animator: str | None = None
     """Method to use: agentdress, ropes, skinned, lag, swingar or live. By default all suitable ones are compared."""
     motion: Annotated[tuple[str, ...], tyro.conf.arg(aliases=["-m"])] = ()
-    """Clips to simulate: .bvh or AMASS .npz files, or names of shipped excerpts. Defaults to all excerpts but dance, on
-    which methods are compared, and 24 short sections of recordings of other people."""
+    """Clips to simulate: .bvh or AMASS .npz files, or names of shipped excerpts.
+    Defaults to all excerpts but dance, on which methods are compared, and 24 short sections of other recordings."""
     up: Up | None = None
     """Axis that is up in the files of clips, such as z, or -y as in a camera's coordinates (--up=-y).
     By default it is found from the body: up is where the head is."""
