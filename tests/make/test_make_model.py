@@ -166,5 +166,5 @@ def test_a_model_of_another_ending_is_refused(tmp_path, monkeypatch, capsys):
 
 
 def test_settings_name_what_there_is():
-    with pytest.raises(BadInput, match="name one of agentdress, ropes, lag, swingar, live"):
+    with pytest.raises(BadInput, match="name one of agentdress, ropes, skinned, lag, swingar, live"):
         MakeSettings(animator="rope")
