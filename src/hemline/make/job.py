@@ -1,7 +1,7 @@
 """What all steps of making a model need."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hemline import sim
@@ -32,6 +32,7 @@ class Job:
         body: The body.
         garment: The garment, tried on.
         mesh: The mesh that is simulated to get data for fits.
+        simulation: Settings of the simulator.
         work: The folder of the run.
         clock: The time of the run.
         progress: Called with the stage, the steps done and the total number of steps.
@@ -45,6 +46,7 @@ class Job:
     body: ShapedBody
     garment: Garment
     mesh: DataMesh
+    simulation: sim.SimSettings
     work: WorkFolder
     clock: Clock
     progress: Progress
@@ -57,7 +59,8 @@ class Job:
 
     def produce(self, folder: Path, mesh: Garment, clips: Sequence[sim.ClipRequest], progress: Progress) -> None:
         """Simulates a mesh on clips into a dataset; existing takes are kept."""
-        sim.produce(folder, mesh, clips, jobs=self.jobs, scheduler=self.scheduler, report=progress)
+        how = {"settings": self.simulation, "jobs": self.jobs, "scheduler": self.scheduler}
+        sim.produce(folder, mesh, clips, report=progress, **how)
 
     def settled(self) -> Vertices:
         """Returns the garment settled on the body (verts, 3) [m]; it settles once, in the dataset `check`.
@@ -66,10 +69,25 @@ class Job:
             SimulationFailed: The garment does not come to rest.
         """
         folder, betas = self.work.folder / "check", self.garment.body_betas
-        (rest,) = sim.produce_rests(folder, self.garment, [tuple(betas)])
+        (rest,) = sim.produce_rests(folder, self.garment, [tuple(betas)], settings=self.simulation)
         if isinstance(rest, str):
             raise SimulationFailed(f"{self.garment.name} cannot be simulated: {rest}")
         return rest.vertices[0]
+
+    def adapt_simulation(self) -> "Job":
+        """Returns the run with settings with which the garment comes to rest: without self-contact if it is tangled.
+
+        Raises:
+            SimulationFailed: It does not come to rest without self-contact either.
+        """
+        try:
+            self.settled()
+        except SimulationFailed as reason:
+            plain = replace(self, simulation=replace(self.simulation, self_contact=False))
+            plain.settled()
+            self.clock.say(f"{reason}. It is simulated without contact of the cloth with itself.")
+            return plain
+        return self
 
     def collect(self, name: str, make: Callable[[Path, Garment], object]) -> None:
         """Makes a dataset of the mesh that is simulated, and from it the one of the garment in the folder.

@@ -119,7 +119,9 @@ def make_model(
         worn.save(work.folder / "garment.safetensors")
         ignore = progress or (lambda *step: None)
         mesh = DataMesh.of(worn, settings.minutes)
-        return _make(Job(settings, jobs, scheduler, motions, check, shaped, worn, mesh, work, clock, ignore), path)
+        simulation = sim.SimSettings()
+        job = Job(settings, jobs, scheduler, motions, check, shaped, worn, mesh, simulation, work, clock, ignore)
+        return _make(job.adapt_simulation(), path)
 
 
 def _make(job: Job, path: Path) -> Outcome:

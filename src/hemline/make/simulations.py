@@ -104,7 +104,8 @@ def settle_drapes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) -
 
 
 def _make_database(job: Job, plan: DataPlan, folder: Path, mesh: Garment, progress: Progress) -> None:
-    how = {"seed": job.settings.seed, "jobs": job.jobs, "scheduler": job.scheduler, "progress": progress}
+    how = {"seed": job.settings.seed, "jobs": job.jobs, "scheduler": job.scheduler}
+    how |= {"settings": job.simulation, "progress": progress}
     clips = posed_clips(job.clips)
     sim.make_tour(folder, mesh, clips, plan.poses, tour=folder.with_name("tour"), **how)
     if plan.anchors:
