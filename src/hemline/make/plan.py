@@ -28,8 +28,9 @@ FIRST_FRAMES = BODY_FRAMES + DERIVATIVE_FRAMES + DRAPE_FRAMES
 """Cost of the T-pose on the mean body, which one process settles before the tour, in simulated frames."""
 FEWEST_ANCHORS, MOST_ANCHORS = 4, 150
 """Number of anchors below which there are none and the garment follows the skin on other bodies, and the paper's."""
-FEWEST_POSES, ENOUGH_POSES = 80, 200
-"""Number of poses of the tour below which AgentDress is not fitted, and above which time goes to anchors first."""
+FEWEST_POSES, ENOUGH_POSES, MOST_POSES = 80, 200, 400
+"""Number of poses of the tour below which AgentDress is not fitted, above which time goes to anchors first, and largest
+number: the fit takes the third power of it."""
 SHAPES_SHARE, ANCHORS_SHARE = 0.6, 0.6
 """Share of the time beyond `ENOUGH_POSES` that goes to bodies of other shapes, and share of that for anchors; the rest
 is for random bodies."""
@@ -189,8 +190,10 @@ def plan_data(
     for_drapes = budget - (slowness * ROPES_START_S + frames * frame_cost if frames else 0.0)
     anchors = poses = random = 0
     if close and for_drapes >= least_s:
-        left_s = for_drapes - first_s - min(ENOUGH_POSES, most_poses) * pose_s
-        shapes_s = left_s * (SHAPES_SHARE if most_poses > ENOUGH_POSES else 1.0) - BODIES * drape_s
+        most = min(most_poses, MOST_POSES)
+        left_s = for_drapes - first_s - min(ENOUGH_POSES, most) * pose_s
+        more_poses_s = max(0, most - ENOUGH_POSES) * pose_s
+        shapes_s = max(SHAPES_SHARE * left_s, left_s - more_poses_s) - BODIES * drape_s
         wanted_s = ANCHORS_SHARE * (shapes_s - frame_s * _t_pose_frames(jobs, MOST_ANCHORS) / jobs)
         anchors = min(MOST_ANCHORS, most_poses, max(0, int(wanted_s / (BODIES * drape_s))))
         if anchors < FEWEST_ANCHORS:
@@ -199,7 +202,7 @@ def plan_data(
             spent_s = frame_s * _t_pose_frames(jobs, anchors) / jobs + anchors * BODIES * drape_s
             random = min(most_poses, max(0, int((shapes_s - spent_s) / random_s)))
             for_drapes -= spent_s + BODIES * drape_s + random * random_s
-        poses = min(most_poses, int((for_drapes - first_s) / pose_s))
+        poses = min(most, int((for_drapes - first_s) / pose_s))
     if close and poses < FEWEST_POSES:
         close, anchors, poses, random = False, 0, 0, 0
         left_out.append(
