@@ -137,7 +137,8 @@ def _make(job: Job, path: Path) -> Outcome:
     if plan.frames:
         simulate_takes(job, plan, expected["simulate"], clock.remaining_s - found.later_s(plan.methods) - _fits(plan))
     if plan.poses:
-        settle_drapes(job, plan, expected["drape"], clock.remaining_s - found.later_s(plan.methods) - _fits(plan))
+        limit_s = clock.remaining_s - found.later_s(plan.methods) - _fits(plan)
+        plan = settle_drapes(job, plan, expected["drape"], limit_s)
     found.compare_fitted(plan.methods)
     plan = replace(plan, left_out=plan.left_out + tuple(found.late))
     truth = truth_trial(check, job.check, job.body)

@@ -92,8 +92,12 @@ def simulate_takes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) 
         job.clock.say("Not all clips were simulated: the time that is left is needed for the fit.")
 
 
-def settle_drapes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) -> None:
-    """Settles the drapes of a plan, or as many as come to rest within a time limit [s]."""
+def settle_drapes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) -> DataPlan:
+    """Settles the drapes of a plan, or as many as come to rest within a time limit [s].
+
+    Returns:
+        The plan; without AgentDress if the garment does not come to rest in the T-pose, from which drapes start.
+    """
     bodies = f", {plan.anchors} of them on bodies of other shapes" if plan.anchors else ""
     job.clock.begin(f"putting the garment into {plan.poses + plan.anchors} poses{bodies}", expected_s)
     try:
@@ -101,6 +105,12 @@ def settle_drapes(job: Job, plan: DataPlan, expected_s: float, limit_s: float) -
         job.collect("drapes", lambda folder, mesh: _make_database(job, plan, folder, mesh, progress))
     except OutOfTime:
         job.clock.say("Not all drapes were settled: the time that is left is needed for the fit.")
+    except SimulationFailed as reason:
+        left_out = f"agentdress needs drapes, and {reason}."
+        job.clock.say(f"Not compared: {left_out}")
+        methods = tuple(method for method in plan.methods if method != "agentdress")
+        return replace(plan, methods=methods, poses=0, anchors=0, random=0, left_out=(*plan.left_out, left_out))
+    return plan
 
 
 def _make_database(job: Job, plan: DataPlan, folder: Path, mesh: Garment, progress: Progress) -> None:
