@@ -28,9 +28,9 @@ SIZE = (220, 300)
 """Width and height of a picture [pixels]."""
 QUICK_SHARE, QUICK_ERROR, REGRET = 0.2, 1.2, 1.1
 """A model that takes this share of the time of `live` may have this multiple of its error; and the largest regret."""
-HEAD = """# What `hemline make` made of 24 garments
+HEAD = """# What `hemline make` made of a wardrobe
 
-Each garment went through `hemline make --minutes 10` with one process, two garments at once, on two cores. The figures
+{rows} of {total} garments of the wardrobe have been run with the code of this page. Each went through `hemline make --minutes 10` with one process, two garments at once, on two cores. The figures
 are of {seconds:.0f} seconds of `{clip}`, a clip that nothing was fitted to, beside a fresh simulation of the garment
 itself. Errors are means over vertices and frames. `skinned` is the garment moved by the body's skin alone, `live` the
 simulation of a coarse copy. A model is sound if no vertex is inside the body, the 99th percentile of its stretch is at
@@ -38,7 +38,7 @@ most {stretch:.0f} points above that of the simulation ({worst:.0f} in the worst
 skin shows, and limbs go through the cloth at most {through} points more often than in the simulation.
 
 `python -m benchmarks.making` makes the models, `python -m benchmarks.making_page --pictures` this page. {machine},
-commit {commit}.
+commits {commits}.
 """
 COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "garment": lambda row: row["name"],
@@ -89,7 +89,7 @@ def holds_against_live(row: dict[str, Any]) -> bool:
     return model.frame_ms <= QUICK_SHARE * live.frame_ms and model.error_mm <= QUICK_ERROR * live.error_mm
 
 
-def demands(made: list[dict[str, Any]], limit_ms: float) -> list[str]:
+def demands(run: int, made: list[dict[str, Any]], limit_ms: float) -> list[str]:
     """Returns the table of what was asked of all garments and how many fulfil it."""
     regrets = [regret(row, limit_ms) for row in made]
     known = [each for each in regrets if np.isfinite(each)]
@@ -111,7 +111,7 @@ def demands(made: list[dict[str, Any]], limit_ms: float) -> list[str]:
         ),
         ("smaller error than `skinned`", "", sum(beats_skinned(row) for row in made)),
     ]
-    found = ["| of 24 garments | goal | measured |", "|---|---|---|"]
+    found = [f"| demand | goal, of {total} | measured, of {run} |", "|---|---|---|"]
     return found + [f"| {name} | {goal} | {count} |" for name, goal, count in lines]
 
 
@@ -252,10 +252,12 @@ def page(recorded: dict[str, dict[str, Any]]) -> str:
         skin=SKIN_SEEN,
         through=THROUGH_ABOVE,
         machine=first["machine"],
-        commit=first["commit"],
+        commits=", ".join(sorted({row["commit"] for row in recorded.values()})),
+        rows=len(recorded),
+        total=len(WARDROBE),
     )
     refused = [f"- {row['name']}: {row['reason']}" for row in recorded.values() if row["reason"]]
-    parts = [head, *demands(made, LIMIT_MS), "", *table(made), *unsound(made)]
+    parts = [head, *demands(len(recorded), made, LIMIT_MS), "", *table(made), *unsound(made)]
     parts += ["", "No model:", "", *refused] if refused else []
     parts += [
         "",
