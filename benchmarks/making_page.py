@@ -30,12 +30,13 @@ QUICK_SHARE, QUICK_ERROR, REGRET = 0.2, 1.2, 1.1
 """A model that takes this share of the time of `live` may have this multiple of its error; and the largest regret."""
 HEAD = """# What `hemline make` made of a wardrobe
 
-{rows} of {total} garments of the wardrobe have been run with the code of this page. Each went through `hemline make --minutes 10` with one process, two garments at once, on two cores. The figures
-are of {seconds:.0f} seconds of `{clip}`, a clip that nothing was fitted to, beside a fresh simulation of the garment
-itself. Errors are means over vertices and frames. `skinned` is the garment moved by the body's skin alone, `live` the
-simulation of a coarse copy. A model is sound if no vertex is inside the body, the 99th percentile of its stretch is at
-most {stretch:.0f} points above that of the simulation ({worst:.0f} in the worst frame), at most {skin} % of the covered
-skin shows, and limbs go through the cloth at most {through} points more often than in the simulation.
+{rows} of the {total} garments of the wardrobe have been run so far. Each went through `hemline make --minutes 10` with
+one process, two garments at once on two cores. The figures are of {seconds:.0f} seconds of `{clip}`, a clip that
+nothing was fitted to, beside a fresh simulation of the garment itself. Errors are means over vertices and frames.
+`skinned` is the garment moved by the body's skin alone, `live` the simulation of a coarse copy. A model is sound if no
+vertex is inside the body, the 99th percentile of its stretch is at most {stretch:.0f} points above that of the
+simulation ({worst:.0f} in the worst frame), at most {skin} % of the covered skin shows, and limbs go through the cloth
+at most {through} points more often than in the simulation.
 
 `python -m benchmarks.making` makes the models, `python -m benchmarks.making_page --pictures` this page. {machine},
 commits {commits}.
