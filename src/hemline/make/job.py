@@ -80,11 +80,14 @@ class Job:
         Raises:
             SimulationFailed: It does not come to rest without self-contact either.
         """
+        plain = replace(self, simulation=replace(self.simulation, self_contact=False))
+        if self.work.state.get("self_contact", True) is False:  # found by the run that is continued
+            return plain
         try:
             self.settled()
         except SimulationFailed as reason:
-            plain = replace(self, simulation=replace(self.simulation, self_contact=False))
             plain.settled()
+            self.work.note(self_contact=False)
             self.clock.say(f"{reason}. It is simulated without contact of the cloth with itself.")
             return plain
         return self
