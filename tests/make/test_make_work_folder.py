@@ -7,7 +7,10 @@ import pytest
 
 from hemline.errors import BadOutput
 from hemline.make.clock import Clock, OutOfTime
+from hemline.make.job import Job
+from hemline.make.settings import MakeSettings
 from hemline.make.work_folder import inputs_hash, open_work_folder
+from hemline.sim import SimSettings
 
 
 def test_a_run_goes_on_where_it_stopped(tmp_path):
@@ -33,6 +36,15 @@ def test_a_mesh_that_changed_begins_anew_beside_the_old_one(tmp_path):
     with open_work_folder(model, "abc") as again:
         assert again.folder == old.folder
         assert again.state["plan"] == {"frames": 3}
+
+
+def test_a_run_that_goes_on_without_self_contact_remembers_it(tmp_path):
+    """The settled garment is stored, so that settling it again would no longer say that it is tangled."""
+    with open_work_folder(tmp_path / "shorts.safetensors", "abc") as work:
+        work.note(self_contact=False)
+    with open_work_folder(tmp_path / "shorts.safetensors", "abc") as work:
+        run = Job(MakeSettings(), 1, None, [], None, None, None, None, SimSettings(), work, None, None)  # type: ignore
+        assert run.adapt_simulation().simulation == SimSettings(self_contact=False)
 
 
 def test_two_runs_do_not_share_a_folder(tmp_path):

@@ -199,7 +199,7 @@ def _plan(
     job.clock.say(f"{100 * regions.hanging_fraction:.0f} % of the cloth hangs; comparing {', '.join(plan.methods)}.")
     for reason in plan.left_out:
         job.clock.say(f"Not compared: {reason}")
-    if plan.frames == most_frames or plan.poses == most_poses:
+    if plan.frames == most_frames:
         job.clock.say("All that the clips have is used, so the run may end early; more clips (-m) make a better model.")
     return plan
 
