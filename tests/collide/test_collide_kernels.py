@@ -111,6 +111,14 @@ def test_points_that_look_together_find_what_each_finds_alone(frame):
                 assert away[0] == pytest.approx(away[1], rel=1e-6)
 
 
+def test_fewer_than_eight_points_that_look_together_find_the_same(frame):
+    skin, room, which = frame.skin, search_buffers(frame.skin), np.arange(40, 48)
+    start, every, some = np.full(8, some_face(skin, np.int32(-1))), np.empty(8, np.int64), np.full(8, -7)
+    seek_block(skin, np.int32(-1), frame.points, which, start, 8, room, every)
+    seek_block(skin, np.int32(-1), frame.points, which, start, 3, room, some)
+    np.testing.assert_array_equal(some, [*every[:3], -7, -7, -7, -7, -7])
+
+
 def own_vertices(frame, limb):
     """Vertices around which a face belongs to a limb."""
     faces = frame.patches.faces.reshape(-1, 8, 3)[frame.patches.leaf_limb == limb]

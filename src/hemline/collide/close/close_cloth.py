@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from hemline.arrays import Float, Int, Vertices
-from hemline.collide.cover.cover import COVER_DEPTH, COVER_GAP, COVER_STEPS, Cover
+from hemline.collide.cover.cover import LENGTHS, Cover
 from hemline.collide.cover.cover_kernels import CoveredSkin
 from hemline.collide.surface.garment_on_body import GarmentOnBody
 from hemline.collide.surface.nearest_skin import NearestSkin
@@ -47,6 +47,8 @@ FEWEST, MANY = 0.01, 0.03
 """Fraction of violated constraints after the first sweeps from which control vertices are moved, and moved in full."""
 COARSE_SWEEPS, FINE_SWEEPS = 6, 6
 """Sweeps of each round."""
+COVER_MARGIN = np.float32(0.01)
+"""Skin farther behind the cloth than this at the start of a round is not looked at in the round [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +97,9 @@ class CloseCloth:
             model=CloseModel(on_body.nearest, fine_model(faces, garment.rest_edges, pinned), *levels, covered),
             distances=SkinDistances(*map(np.float32, (GAP, NEAR, REACH))),
             limits=CloseLimits(
-                *map(np.float32, (stretch, REST_STRETCH, SINK, COVER_GAP, COVER_DEPTH)),
-                cover_steps=COVER_STEPS,
+                *map(np.float32, (stretch, REST_STRETCH, SINK)),
+                cover=LENGTHS,
+                cover_margin=COVER_MARGIN,
                 coarse_sweeps=COARSE_SWEEPS,
                 fine_sweeps=FINE_SWEEPS,
                 fewest=np.float32(FEWEST),

@@ -5,7 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hemline.arrays import Int
-from hemline.collide.cover.cover_kernels import CoveredSkin, cover_points
+from hemline.collide.cover.cover_kernels import (
+    CoveredPoints,
+    CoveredSkin,
+    CoverLengths,
+    cover_points,
+    list_covered,
+)
 from hemline.collide.whole.limit_kernels import limit_coarse
 from hemline.collide.whole.models import CoarseModel, FineModel
 from hemline.compiled import kernel
@@ -45,12 +51,10 @@ class CloseLimits(NamedTuple):
     """Largest length at rest on the body that counts, over that on the pattern."""
     sink: np.float32
     """Depth below its half-space to which a vertex may sink while control vertices are moved [m]."""
-    cover_gap: np.float32
-    """Distance of covered vertices of the skin behind the cloth [m]."""
-    cover_depth: np.float32
-    """A vertex of the skin farther in front of a triangle is not covered by it [m]."""
-    cover_steps: int
-    """Triangles of a walk to the one over a covered vertex, at most."""
+    cover: CoverLengths
+    """Distances between cloth and the skin that it covers."""
+    cover_margin: np.float32
+    """Skin farther behind the cloth than this at the start of a round is not looked at in the round [m]."""
     coarse_sweeps: int
     """Sweeps over the edges between control vertices."""
     fewest: np.float32
@@ -79,20 +83,31 @@ def longest_lengths(edges, lengths, controls, rest, limits):
 
 
 @kernel
-def shorten_block(model, longest, block, backwards, listed, moved, touched):
-    """Shortens the edges of one block that are too long.
+def list_edges(edges, longest, moved, listed):
+    """Lists the edges that are too long.
 
-    Reads: model: a `FineModel`; longest (edges,): longest lengths [m]; block; backwards: the order of the edges.
-    Writes: moved (verts, 3) [m]; touched (blocks,): blocks with a vertex that was moved; listed: scratch.
-    Returns: The number of edges that were too long.
+    Reads: edges (edges, 2); longest (edges,): longest lengths [m]; moved (verts, 3) [m].
+    Writes: listed (edges + 1,): these edges come first.
+    Returns: The number of listed edges.
     """
-    edges, free, size, count = model.edges, model.free, _index(model.block_size), np.int64(0)
-    for place in range(model.block_start[block], model.block_start[block + 1]):
+    count = np.int64(0)
+    for place in range(len(edges)):
         e = _index(place)
         a, b, most = _index(edges[e, 0]), _index(edges[e, 1]), TOLERANCE * longest[e]
         x, y, z = moved[b, 0] - moved[a, 0], moved[b, 1] - moved[a, 1], moved[b, 2] - moved[a, 2]
         listed[_index(count)] = place
         count += np.int64(x * x + y * y + z * z > most * most)
+    return count
+
+
+@kernel
+def shorten_edges(model, longest, listed, count, backwards, moved):
+    """Shortens listed edges, as far as they are still too long.
+
+    Reads: model: a `FineModel`; longest (edges,): longest lengths [m]; listed[:count]: edges; backwards: their order.
+    Writes: moved (verts, 3) [m].
+    """
+    edges, free = model.edges, model.free
     for k in range(count):
         e = _index(listed[_index(count - 1 - k if backwards else k)])
         a, b = _index(edges[e, 0]), _index(edges[e, 1])
@@ -108,9 +123,6 @@ def shorten_block(model, longest, block, backwards, listed, moved, touched):
         moved[b, 0] -= for_b * x
         moved[b, 1] -= for_b * y
         moved[b, 2] -= for_b * z
-        touched[a // size] = True
-        touched[b // size] = True
-    return count
 
 
 @kernel(fastmath={"contract"})
@@ -129,12 +141,12 @@ def count_long(edges, longest, moved):
 
 
 @kernel
-def push_out(found, count, free, size, moved, touched):
+def push_out(found, count, free, moved):
     """Moves vertices into their half-spaces.
 
     Reads: found: planes and list of `SkinPlanes`; count: number of vertices that have a half-space; free (verts,): 1,
-        or 0 for pinned vertices; size: vertices in a block.
-    Writes: moved (verts, 3) [m]; touched (blocks,): blocks with a vertex that was moved.
+        or 0 for pinned vertices.
+    Writes: moved (verts, 3) [m].
     Returns: The number of vertices that were moved far.
     """
     far, planes = 0, found.planes
@@ -146,7 +158,6 @@ def push_out(found, count, free, size, moved, touched):
             moved[i, 0] += lack * nx
             moved[i, 1] += lack * ny
             moved[i, 2] += lack * nz
-            touched[i // _index(size)] = True
             far += lack > UNSETTLED
     return far
 
@@ -155,49 +166,27 @@ def push_out(found, count, free, size, moved, touched):
 def sweep_constraints(skin, close, longest, found, count, limits, moved):
     """Sweeps over edges, covered skin and half-spaces, in this order, until little moves.
 
-    After the first sweep only edges of blocks are visited where something was moved, or beside them. Half-spaces come
-    last, so that no vertex is left in the skin. Covered skin takes part in every second sweep.
+    Half-spaces come last, so that no vertex is left in the skin. Covered skin takes part in every second sweep; skin
+    that is far behind the cloth in the first of these is left out.
 
     Reads: skin; close: a `CloseModel`; longest (edges,): longest lengths [m]; found, count: the half-spaces; limits.
     Writes: moved (verts, 3) [m].
     Returns: The number of constraints that are clearly violated in the end: edges, and covered skin and half-spaces
         that moved a vertex in the last sweep.
     """
-    model, unsettled = close.fine, 0
-    blocks, most, violated = len(model.block_start) - 1, 0, 0
-    active, touched = np.ones(blocks, np.bool_), np.zeros(blocks, np.bool_)
-    for block in range(blocks):
-        most = max(most, model.block_start[block + 1] - model.block_start[block])
-    listed = np.empty(most + 1, np.int64)
+    model, covered, unsettled = close.fine, close.covered, 0
+    listed, points = np.empty(len(model.edges) + 1, np.int32), len(covered.points)
+    looked_at = CoveredPoints(np.empty(points, np.int32), np.empty(points + 1, np.int32))
     for sweep in range(limits.fine_sweeps):
-        violated, unsettled = 0, 0
-        for turn in range(blocks):
-            block = turn if sweep % 2 == 0 else blocks - 1 - turn
-            if active[block]:
-                violated += shorten_block(model, longest, block, sweep % 2 == 1, listed, moved, touched)
-        if sweep % 2 == 1 and len(close.covered.points):
-            covers = cover_points(
-                close.covered,
-                skin.body,
-                found.pinched,
-                limits.cover_gap,
-                limits.cover_depth,
-                limits.cover_steps,
-                1,
-                moved,
-            )
-            unsettled += covers
-            touched[:] = touched | (covers > 0)
-        unsettled += push_out(found, count, model.free, model.block_size, moved, touched)
-        violated += unsettled
-        if violated == 0 and sweep > 0:
+        unsettled, violated = 0, list_edges(model.edges, longest, moved, listed)
+        shorten_edges(model, longest, listed, violated, sweep % 2 == 1, moved)
+        if sweep == 1:
+            points = list_covered(covered, skin.body, limits.cover, limits.cover_margin, moved, looked_at)
+        if sweep % 2 == 1:
+            unsettled += cover_points(covered, skin.body, found.pinched, limits.cover, looked_at, points, moved)
+        unsettled += push_out(found, count, model.free, moved)
+        if violated + unsettled == 0 and sweep > 0:
             break
-        active[:] = False
-        for block in range(blocks):
-            if touched[block]:
-                touched[block] = False
-                for k in range(model.beside_start[block], model.beside_start[block + 1]):
-                    active[model.beside[k]] = True
     return unsettled + count_long(model.edges, longest, moved)
 
 

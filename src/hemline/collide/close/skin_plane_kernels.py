@@ -10,7 +10,8 @@ import numpy as np
 
 from hemline.arrays import Bool, Float, Int
 from hemline.collide.surface.box_kernels import BLOCK
-from hemline.collide.surface.search_kernels import list_leaves, nearest_vertex, search_buffers
+from hemline.collide.surface.search_kernels import list_leaves, search_buffers
+from hemline.collide.surface.search_lane_kernels import LANES, ROWS, SQUARED, VERTEX, nearest_of_leaves
 from hemline.collide.surface.surface_kernels import interpolate_normal, plane_height, point_on_face, vertex_normal, walk
 from hemline.compiled import kernel
 
@@ -185,8 +186,7 @@ def find_planes(skin, homes, points, distances, found):
     """
     body, ring_start, ring = skin.body, skin.ring_start, skin.ring
     buffers, other_buffers = search_buffers(skin), search_buffers(skin)
-    candidates, squares = np.empty(BLOCK, np.int64), np.empty(BLOCK, np.float32)
-    placed = found.placed
+    lanes, placed = np.zeros((ROWS, LANES), np.float32), found.placed
     near, reach, last, count = distances.near * distances.near, distances.reach * distances.reach, np.int64(-1), 0
     whole, far = np.int32(-1), np.float32(np.inf)
     found.pinched[:] = False
@@ -197,14 +197,21 @@ def find_planes(skin, homes, points, distances, found):
             i = _index(begin + k)
             x, y, z, v = points[i, 0], points[i, 1], points[i, 2], _index(homes[i])
             dx, dy, dz = body[v, 0] - x, body[v, 1] - y, body[v, 2] - z
-            candidates[k], squares[k] = v, dx * dx + dy * dy + dz * dz
+            known, squared = v, dx * dx + dy * dy + dz * dz
             if last >= 0:
                 v = _index(last)
                 dx, dy, dz = body[v, 0] - x, body[v, 1] - y, body[v, 2] - z
                 distance = dx * dx + dy * dy + dz * dz
-                if distance < squares[k]:
-                    candidates[k], squares[k] = last, distance
-            bound = max(bound, squares[k])
+                if distance < squared:
+                    known, squared = v, distance
+            lanes[0, k], lanes[1, k], lanes[2, k], lanes[SQUARED, k], lanes[VERTEX, k] = (
+                x,
+                y,
+                z,
+                squared,
+                np.float32(known),
+            )
+            bound = max(bound, squared)
             lx, ly, lz, hx, hy, hz = min(lx, x), min(ly, y), min(lz, z), max(hx, x), max(hy, y), max(hz, z)
         low, high = (lx, ly, lz), (hx, hy, hz)
         away = bound > FAR_SQUARED and list_leaves(skin, whole, low, high, near, buffers) == 0
@@ -213,10 +220,11 @@ def find_planes(skin, homes, points, distances, found):
                 found.faces[_index(k)] = -1
             continue
         leaves = list_leaves(skin, whole, low, high, min(bound, reach), buffers)
+        nearest_of_leaves(skin, buffers[2], leaves, lanes)
         for k in range(end - begin):
             i = _index(begin + k)
             x, y, z = points[i, 0], points[i, 1], points[i, 2]
-            last, _ = nearest_vertex(skin, buffers[2], leaves, x, y, z, candidates[k], squares[k])
+            last = np.int64(lanes[VERTEX, k])
             start = np.int64(ring[ring_start[_index(last)]])
             face, at_b, at_c, squared = walk(skin, start, np.int64(SEARCH_STEPS), x, y, z)
             found.faces[i], found.heights[i] = face, np.sqrt(squared)

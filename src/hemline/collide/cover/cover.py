@@ -9,7 +9,7 @@ import numpy as np
 from hemline.arrays import BodyVertices, Faces, Int, Vertices
 from hemline.meshes import ClosestTree, face_normals
 
-from .cover_kernels import CoveredSkin, cover_points
+from .cover_kernels import CoveredPoints, CoveredSkin, CoverLengths, cover_points, list_covered
 
 if TYPE_CHECKING:
     from hemline.bodies.body import ShapedBody
@@ -26,6 +26,10 @@ COVER_SWEEPS = 2
 """Passes over the covered vertices in a frame."""
 COVER_COSINE = 0.3
 """Least cosine between the normals of cloth and skin."""
+COVER_MARGIN = np.float32(0.005)
+"""A vertex farther behind the cloth is not looked at again in the same frame, while the cloth is moved a little [m]."""
+LENGTHS = CoverLengths(np.float32(COVER_GAP), np.float32(COVER_DEPTH), COVER_STEPS)
+"""These lengths as kernels read them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +77,12 @@ class Cover:
             skin: Vertices of the body in this frame [m].
             vertices: The garment in this frame [m]; it is not changed.
         """
-        result, lengths = np.array(vertices, np.float32), (np.float32(COVER_GAP), np.float32(COVER_DEPTH))
-        cover_points(self.covered, skin, np.zeros(len(result), np.bool_), *lengths, COVER_STEPS, COVER_SWEEPS, result)
+        result, idle = np.array(vertices, np.float32), np.zeros(len(vertices), np.bool_)
+        looked_at = CoveredPoints(np.empty(len(self.points), np.int32), np.empty(len(self.points) + 1, np.int32))
+        count = list_covered(self.covered, skin, LENGTHS, COVER_MARGIN, result, looked_at)
+        for _ in range(COVER_SWEEPS):
+            if cover_points(self.covered, skin, idle, LENGTHS, looked_at, count, result) == 0:
+                break
         return result
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from hemline.compiled import kernel
 
 from .box_kernels import LEAF
+from .search_lane_kernels import LANES, ROWS, SQUARED, VERTEX, nearest_of_leaves
 from .surface_kernels import MOST_STEPS, walk
 
 _index = np.uintp
@@ -129,25 +130,31 @@ def seek_place(skin, limb, face, x, y, z, buffers):
 
 @kernel
 def seek_block(skin, limb, points, which, faces, count, buffers, vertices_out):
-    """Finds the nearest vertex, as `seek` does, for points near to each other, which share one list of leaves.
+    """Finds the nearest vertex, as `seek` does, for up to eight points that are near to each other and share leaves.
 
     Reads: skin; limb; points (verts, 3) [m]; which[:count]: those to search for; faces[:count]: a face of the limb for
         each, the nearer the better.
     Writes: buffers, of `search_buffers`; vertices_out[:count].
     """
-    far, squares, reach = np.float32(np.inf), np.empty(count, np.float32), np.float32(0)
+    far, reach, lanes = np.float32(np.inf), np.float32(0), np.zeros((ROWS, LANES), np.float32)
     lx, ly, lz, hx, hy, hz = far, far, far, -far, -far, -far
     for k in range(count):
         i = _index(which[k])
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         lx, ly, lz, hx, hy, hz = min(lx, x), min(ly, y), min(lz, z), max(hx, x), max(hy, y), max(hz, z)
-        vertices_out[k], squares[k] = nearest_corner(skin, faces[k], x, y, z)
-        reach = max(reach, squares[k])
+        vertex, squared = nearest_corner(skin, faces[k], x, y, z)
+        lanes[0, k], lanes[1, k], lanes[2, k], lanes[SQUARED, k], lanes[VERTEX, k] = (
+            x,
+            y,
+            z,
+            squared,
+            np.float32(vertex),
+        )
+        reach = max(reach, squared)
     near = list_leaves(skin, limb, (lx, ly, lz), (hx, hy, hz), reach, buffers)
+    nearest_of_leaves(skin, buffers[2], near, lanes)
     for k in range(count):
-        i = _index(which[k])
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        vertices_out[k], _ = nearest_vertex(skin, buffers[2], near, x, y, z, vertices_out[k], squares[k])
+        vertices_out[k] = np.int64(lanes[VERTEX, k])
 
 
 @kernel(forceinline=True)
