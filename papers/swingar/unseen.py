@@ -18,7 +18,7 @@ import numpy as np
 
 from hemline import bodies, load
 from hemline.animators import Animator
-from hemline.animators.coarse.features.soft_weights import soft_weights
+from hemline.animators.soft_weights import soft_weights
 from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody, skin_points
 from hemline.compiled import threads
@@ -52,7 +52,7 @@ class Rest:
 
     def errors_mm(self, take: Take) -> dict[str, list[float]]:
         """Returns the errors of the baselines in every other frame [mm]."""
-        body, soft = self.shaped.body, soft_weights(self.vertices, self.shaped)
+        body, soft = self.shaped.body, soft_weights(self.vertices, self.shaped.body, self.shaped.vertices)
         near = ClosestTree(self.shaped.vertices, body.faces).closest(self.vertices)
         nearest = body.faces[near.faces, near.weights.argmax(axis=1)]
         ways = {"skinned": (body.weight_indices[nearest], body.weights[nearest]), "skinned softly": tuple(soft)}

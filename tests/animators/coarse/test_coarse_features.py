@@ -8,9 +8,9 @@ import pytest
 
 from hemline import bodies, garments, motions
 from hemline.animators.coarse.features.columns import DYNAMIC, STATIC
-from hemline.animators.coarse.features.soft_weights import BLUR_FRACTION, MIN_BLUR, soft_weights
 from hemline.animators.coarse.features.trail import Trail
 from hemline.animators.coarse.proxy_on_body import Cells, ProxyOnBody
+from hemline.animators.soft_weights import BLUR_FRACTION, MIN_BLUR, soft_weights
 from hemline.animators.swingar.graph_inputs import VERTEX, vertex_inputs
 from hemline.garments import coarser_garment
 from hemline.learning.mirror import mirror_motion
@@ -137,7 +137,7 @@ def test_mirrors_undo_themselves():
 
 def test_soft_weights_are_the_gaussian_mean_of_the_skin():
     rest = proxy().rest[::40]
-    found = soft_weights(rest, body()).dense()
+    found = soft_weights(rest, body().body, body().vertices).dense()
     shares = np.zeros((len(body().vertices), 24))
     np.add.at(shares, (np.arange(len(shares))[:, None], body().body.weight_indices), body().body.weights)
     for vertex, point in enumerate(rest.astype(np.float64)):

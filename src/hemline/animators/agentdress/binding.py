@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from hemline.animators.soft_weights import soft_weights
 from hemline.arrays import Faces, Float, Int, Transforms, Vertices
 from hemline.meshes import edges
 from hemline.motions.motion import JOINT_COUNT
@@ -36,9 +37,10 @@ class Binding:
 
     @classmethod
     def of(cls, vertices: Vertices, faces: Faces, posed: "PosedBody") -> Self:
-        """Takes the weights of the closest body vertex and smooths them over the cloth.
+        """Takes the weights of the body near each vertex (`soft_weights`), and smooths them over the cloth.
 
-        Without smoothing, neighbours closest to an arm and to the chest would be torn apart by skinning.
+        With the weights of the closest body vertex alone, skinning would tear a skirt apart between the legs. Without
+        smoothing it would tear neighbours apart of which one is next to an arm and the other next to the chest.
 
         Args:
             vertices: The garment on the body, arms and legs spread as in the T-pose [m].
@@ -46,17 +48,15 @@ class Binding:
             posed: The posed body.
 
         Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations",
-            2021, section 3.4 (binding information). Differs: the weights are smoothed, and one binding serves all
-            shapes and poses.
+            2021, section 3.4 (binding information). Differs: the weights are averaged and smoothed, and one binding
+            serves all shapes and poses.
         """
         from scipy.sparse import coo_array
         from scipy.spatial import KDTree
 
         body, count = posed.shaped.body, len(vertices)
         nearest = np.asarray(KDTree(posed.vertices).query(vertices)[1], np.int32)
-        dense = np.zeros((count, JOINT_COUNT))
-        rows = np.repeat(np.arange(count), body.weights.shape[1])
-        np.add.at(dense, (rows, body.weight_indices[nearest].ravel()), body.weights[nearest].ravel())
+        dense = soft_weights(vertices, body, posed.vertices).dense().astype(np.float64)
         first, second = edges(faces).T
         links = coo_array((np.ones(2 * len(first)), (np.r_[first, second], np.r_[second, first])), (count, count))
         links = links.tocsr()

@@ -9,7 +9,7 @@ from hemline.animators.coarse.features.columns import BODY_PARTS, DYNAMIC, FEATU
 from hemline.animators.coarse.features.feature_kernels import describe
 from hemline.animators.coarse.features.kernel_inputs import TrailArrays
 from hemline.animators.coarse.features.memory import FILTER_COUNT, SWING_SECONDS
-from hemline.animators.coarse.features.soft_weights import SoftWeights, soft_weights
+from hemline.animators.soft_weights import SoftWeights, soft_weights
 from hemline.arrays import Faces, Float, Int, Vertices
 from hemline.collide.primitives.body_primitives import BodyPrimitives, Colliders
 from hemline.garments import Garment
@@ -97,7 +97,7 @@ class ProxyOnBody:
             rest: The proxy settled in the rest pose (verts, 3) [m].
             shaped: The body.
         """
-        skin, key = soft_weights(rest, shaped), JOINT_NAMES.index(garment.key_joint)
+        skin, key = soft_weights(rest, shaped.body, shaped.vertices), JOINT_NAMES.index(garment.key_joint)
         proxy = BodyPrimitives.fit(shaped)
         made = cls(
             garment,

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from hemline.animators.coarse.features.soft_weights import SoftWeights, soft_weights
 from hemline.animators.own_body import refuse_other_body
 from hemline.animators.proxy_animator import DressedProxy, ProxyAnimator, read_proxy, rest_of_proxy, settle_proxy
 from hemline.animators.rigid_transform import RigidTransform
+from hemline.animators.soft_weights import SoftWeights, soft_weights
 from hemline.arrays import Vertices
 from hemline.bodies import PosedBody, ShapedBody, skin_points
 from hemline.errors import BadModel
@@ -102,7 +102,7 @@ class AnimatorSkinned(ProxyAnimator[SkinnedOnBody]):
         coarse = rest_of_proxy(dressed.coarse, shaped) if dressed.rest is None else dressed.rest
         embedding = Embedding.of(dressed.fine, dressed.coarse, dressed.vertex_ids)
         rest = embedding.fine_vertices(coarse.astype(np.float64)).astype(np.float32)
-        return SkinnedOnBody(rest, soft_weights(rest, shaped))
+        return SkinnedOnBody(rest, soft_weights(rest, shaped.body, shaped.vertices))
 
     def save(self, path: str | Path) -> None:
         """Writes a model file, whole or not at all: the garment, its settled proxy and the options.

@@ -4,16 +4,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hemline.arrays import Float, Int, Vertices
+from hemline.arrays import BodyVertices, Float, Int, Vertices
 from hemline.motions.motion import JOINT_COUNT
 
 if TYPE_CHECKING:
-    from hemline.bodies import ShapedBody
+    from hemline.bodies import Body
 
 INFLUENCES = 8
 """Largest number of joints of a vertex."""
 BLUR_FRACTION = 0.5
-"""Radius of the smoothing, relative to the distance from the nearest skin."""
+"""Radius of the smoothing, relative to the distance from the nearest skin. At twice this radius a wide skirt follows
+hands beside it."""
 MIN_BLUR = 0.01
 """Smallest radius of the smoothing, used for cloth on the skin [m]."""
 
@@ -33,7 +34,7 @@ class SoftWeights(NamedTuple):
         return rows
 
 
-def soft_weights(rest: Vertices, shaped: "ShapedBody") -> SoftWeights:
+def soft_weights(vertices: Vertices, body: "Body", skin: BodyVertices) -> SoftWeights:
     r"""Averages skin weights of the body's vertices $b$ for a cloth vertex at $x$ whose nearest skin is $d$ away:
 
     $$w \propto \sum_b w_b \exp\left(-\frac{|x - x_b|^2 - d^2}{2 s^2}\right), \qquad s = \max(0.01, d / 2)$$
@@ -42,20 +43,21 @@ def soft_weights(rest: Vertices, shaped: "ShapedBody") -> SoftWeights:
     both legs, so that skinning does not tear it.
 
     Args:
-        rest: The garment on the body in its rest pose [m].
-        shaped: The body.
+        vertices: The garment (verts, 3) [m].
+        body: The body that it is on.
+        skin: Vertices of the body in the same pose (body_verts, 3) [m].
     """
-    body, points = shaped.body, shaped.vertices.astype(np.float32)
-    skin = np.zeros((len(points), JOINT_COUNT), np.float32)
-    np.add.at(skin, (np.arange(len(points))[:, None], body.weight_indices), body.weights)
-    rest = rest.astype(np.float32)
-    dense = np.empty((len(rest), JOINT_COUNT), np.float32)
-    for first in range(0, len(rest), 256):
-        part = rest[first : first + 256]
+    points = skin.astype(np.float32)
+    skin_weights = np.zeros((len(points), JOINT_COUNT), np.float32)
+    np.add.at(skin_weights, (np.arange(len(points))[:, None], body.weight_indices), body.weights)
+    vertices = vertices.astype(np.float32)
+    dense = np.empty((len(vertices), JOINT_COUNT), np.float32)
+    for first in range(0, len(vertices), 256):
+        part = vertices[first : first + 256]
         squared = ((part[:, None] - points[None]) ** 2).sum(axis=2)
         nearest = squared.min(axis=1, keepdims=True)
         breadth = np.maximum(MIN_BLUR, BLUR_FRACTION * np.sqrt(nearest))
-        dense[first : first + 256] = np.exp((nearest - squared) / (2 * breadth**2)) @ skin
+        dense[first : first + 256] = np.exp((nearest - squared) / (2 * breadth**2)) @ skin_weights
     joints = np.argsort(-dense, axis=1, kind="stable")[:, :INFLUENCES].astype(np.int32)
     weights = np.take_along_axis(dense, joints, axis=1)
     return SoftWeights(joints, np.ascontiguousarray(weights / weights.sum(axis=1, keepdims=True)))
