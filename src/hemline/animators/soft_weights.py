@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 INFLUENCES = 8
 """Largest number of joints of a vertex."""
 BLUR_FRACTION = 0.5
-"""Radius of the smoothing, relative to the distance from the nearest skin. At twice this radius a wide skirt follows
-hands beside it."""
+"""Radius of the smoothing, relative to the distance from the nearest skin. At twice this radius skinning
+stretches a wide skirt more."""
 MIN_BLUR = 0.01
 """Smallest radius of the smoothing, used for cloth on the skin [m]."""
 
