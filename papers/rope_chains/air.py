@@ -22,7 +22,7 @@ from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody
 from hemline.datasets import Dataset, open_dataset
 from hemline.garments.proxy.coarser import coarser_garment
-from hemline.make.clips import at_speed, clean_part
+from hemline.make.clips import clean_part
 
 PAGE = Path(__file__).parent / "pages" / "air.md"
 TRAIN = (
@@ -95,7 +95,7 @@ def main() -> None:
     options = parser.parse_args()
     opened = {name: clean_part(motions.open_motion(options.clips / f"{name}.bvh"))[:MOST_FRAMES] for name in TRAIN}
     train = simulated(
-        options.folder / "train", [*opened.values(), *(at_speed(opened[name], FASTER_BY) for name in FASTER)]
+        options.folder / "train", [*opened.values(), *(opened[name].at_speed(FASTER_BY) for name in FASTER)]
     )
     test = simulated(options.folder / "test", [clean_part(motions.load(name))[:TEST_FRAMES] for name in TEST])
     body, garment = train.body.shaped(), train.garment

@@ -10,7 +10,7 @@ import pytest
 
 from hemline import sim
 from hemline.errors import BadInput
-from hemline.make.clips import FPS, at_speed, clean_part, open_clips, posed_clips, requests
+from hemline.make.clips import FPS, clean_part, open_clips, posed_clips, requests
 from hemline.make.plan import (
     BODIES,
     BODY_FRAMES,
@@ -161,7 +161,7 @@ def test_more_frames_than_there_are_come_from_other_speeds():
 
 def test_a_clip_at_twice_the_speed_takes_the_same_way_in_half_the_time():
     walk = clean_part(load("walk"))
-    fast = at_speed(walk, 2.0)
+    fast = walk.at_speed(2.0)
     assert fast.fps == walk.fps == FPS
     assert len(fast) == (len(walk) + 1) // 2
     np.testing.assert_allclose(fast.translations, walk.translations[::2][: len(fast)], atol=1e-5)

@@ -95,6 +95,8 @@ def test_damaged_motion_files_are_refused(tmp_path):
         ("charleston1", "charleston"),
         ("my walk 2.bvh", "my walk"),
         ("12.bvh", "12"),
+        ("running_1 looped x0.75", "running"),
+        ("running_3 x1.5", "running"),
     ],
 )
 def test_subjects_by_name(clip, subject):

@@ -1,7 +1,6 @@
 """The clips that a garment is simulated on while a model is made."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from hemline import motions
 from hemline.errors import BadInput
@@ -70,20 +69,12 @@ def requests(clips: Sequence[Motion], frames: int) -> list[ClipRequest]:
         left = frames - sum(len(request.motion) for request in found)
         if left < LEAST_SECONDS * FPS:
             break
-        versions = [at_speed(clip, speed) for clip in clips]
+        versions = [clip.at_speed(speed) for clip in clips]
         found += [
             ClipRequest(version[: max(2, count)], motions.subject_of(clip))
             for clip, version, count in zip(clips, versions, _share_out([len(v) for v in versions], left), strict=True)
         ]
     return found
-
-
-def at_speed(motion: Motion, speed: float) -> Motion:
-    """Returns a motion that is played faster (above 1) or slower, at the same frame rate."""
-    if speed == 1.0:
-        return motion
-    faster = replace(motion, fps=motion.fps * speed, name=f"{motion.name} x{speed:g}")
-    return faster.resample(motion.fps)
 
 
 def _share_out(lengths: Sequence[int], total: int) -> list[int]:

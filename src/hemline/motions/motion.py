@@ -195,6 +195,21 @@ class Motion:
         rotations = continuous(rotations)
         return replace(self, rotations=rotations, translations=translations, fps=fps)
 
+    def at_speed(self, speed: float) -> "Motion":
+        """Returns this motion played faster (above 1) or slower, at the same rate; its name says the speed.
+
+        Args:
+            speed: Playback speed, as a multiple of the recorded one.
+
+        Raises:
+            BadMotion: The speed is not positive, or the result would have more than 432,000 frames.
+        """
+        if not (np.isfinite(speed) and speed > 0):
+            raise BadMotion(f"speed of motion '{self.name}' must be positive", speed, "give a number above 0")
+        if speed == 1:
+            return self
+        return replace(self, fps=self.fps * speed, name=f"{self.name} x{speed:g}").resample(self.fps)
+
     def frames_at(self, fps: float) -> int:
         """Returns the number of frames of this motion at another rate."""
         return len(self) if fps == self.fps else int(np.floor(self.seconds * fps + 1e-3)) + 1

@@ -7,6 +7,8 @@ from .motion import Motion
 from .shipped import load, names
 
 _CMU = re.compile(r"(?<![A-Za-z0-9])\d{2,3}_\d{2}(?![0-9])")
+_CHANGED = re.compile(r"( looped)?( x[0-9.]+)?$")
+"""What `Motion.at_speed` and `models.make.runs` add to a name."""
 _COUPLES = {"19": "18", "21": "20", "23": "22", "34": "33", "61": "60"}
 
 
@@ -29,6 +31,7 @@ def subject_of(clip: Motion | str | Path) -> str:
     name, source = (clip.name, clip.source) if isinstance(clip, Motion) else (Path(clip).stem, Path(clip).stem)
     number = cmu_number(source)
     if number is None:
-        return re.sub(r"[_ -]*\d+$", "", name) or name
+        recorded = _CHANGED.sub("", name)
+        return re.sub(r"[_ -]*\d+$", "", recorded) or recorded
     subject = number.partition("_")[0]
     return _COUPLES.get(subject, subject)
