@@ -19,6 +19,7 @@ MESHES = {
     "garmentcode_mit/dress_mean_all.obj": "dress",
     "garmentcode_mit/pants_long_mean_all.obj": "trousers",
     "makehuman_cc0/f_shorts.obj": "shorts that go through themselves at rest",
+    "makehuman_cc0/hoodie_jeans_onepiece.obj": "overalls whose sleeves go through themselves at the wrists",
 }
 
 
@@ -64,13 +65,3 @@ def test_meshes_of_other_makers_become_models(tmp_path, mesh):
     settings = MakeSettings(minutes=6.0, seconds=1.5)
     made = make_model(str(GARMENTS / mesh), tmp_path / "model.safetensors", settings, jobs=2)
     check_outcome(made, 60 * 7)
-
-
-@pytest.mark.slow
-@pytest.mark.data
-@pytest.mark.skipif(not GARMENTS.exists(), reason=f"no garments at {GARMENTS}")
-def test_overalls_whose_sleeves_go_through_themselves_are_refused_before_anything_is_simulated_on_clips(tmp_path):
-    with pytest.raises(hemline.errors.BadGarment, match="is tangled: .* near the left_wrist"):
-        make_model(str(GARMENTS / "makehuman_cc0/hoodie_jeans_onepiece.obj"), tmp_path / "model.safetensors")
-    assert not (tmp_path / "model.safetensors").exists()
-    assert not (tmp_path / "model.making" / "check").exists()

@@ -127,6 +127,22 @@ def test_one_edge_that_is_far_too_long_is_a_rent(shaped, worn):
     assert torn == "it is torn: an edge is 8.0 times as long as it should be"
 
 
+@pytest.mark.parametrize(("percent", "worn_so"), [(0.3, True), (1.9, True), (2.1, False)])
+def test_a_few_edges_through_the_cloth_do_not_prevent_a_garment_from_being_worn(shaped, worn, percent, worn_so):
+    shirt = worn["tshirt"]
+    figures = fitness(shirt, shaped).figures | {"self_crossing_percent": percent}
+    reason = unwearable_reason(shirt, shaped, shirt.vertices, figures)
+    assert (reason is None) == worn_so and (worn_so or f"it is tangled: {percent:.2f} %" in reason)
+
+
+@pytest.mark.slow
+@pytest.mark.data
+def test_overalls_whose_sleeves_go_through_themselves_at_the_wrists_are_worn_with_a_warning(shaped, mesh_of):
+    found = try_on(mesh_of("makehuman_cc0/hoodie_jeans_onepiece.obj"), shaped).fitness
+    assert found.reason is None and found.tangled and 0.5 < found.figures["self_crossing_percent"] < 2
+    assert any("go through its own cloth" in warning for warning in found.warnings)
+
+
 @pytest.mark.slow
 def test_wide_trousers_are_not_too_small(shaped, worn):
     # cut a fifth wider than they lie: every edge starts shortened by 17 %

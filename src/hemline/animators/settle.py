@@ -13,14 +13,11 @@ from hemline.garments.pieces import GAP
 from hemline.meshes import crossing_edges, edges
 from hemline.sim.rest.settle import rest_state
 from hemline.sim.rest.settling import MAX_CROSSING_RATIO_AT_START
-from hemline.sim.rest.tangles import TangledCloth
+from hemline.sim.rest.tangles import MOST_CROSSING_WORN, TangledCloth
 from hemline.sim.settings import SimSettings
 
 FRAME_SECONDS = 1 / 30
 """Time step of the projection that separates garments [s]."""
-MOST_CROSSING = 0.02
-"""Fraction of edges that may cross the cloth where a garment is played; it is said if it is more than simulations
-allow."""
 
 
 def settle_garment(garment: Garment, shaped: ShapedBody, *, self_contact: bool = True) -> Vertices:
@@ -60,7 +57,7 @@ def settle_garment(garment: Garment, shaped: ShapedBody, *, self_contact: bool =
 def _settle_tangled(garment: Garment, shaped: ShapedBody, settings: SimSettings, failure: TangledCloth) -> Vertices:
     """Settles a garment that may go through itself in a few places; raises the failure if there are more."""
     try:
-        rest = rest_state(garment, shaped, settings, max_crossing=MOST_CROSSING)
+        rest = rest_state(garment, shaped, settings, max_crossing=MOST_CROSSING_WORN)
     except TangledCloth:
         raise failure from None
     got = f"{rest.figures['self_crossing_percent']:.1f} % of its edges"

@@ -10,7 +10,8 @@ from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.meshes import edge_strains
 from hemline.sim import SimSettings, rest_drape
-from hemline.sim.rest.tangles import TangledCloth
+from hemline.sim.rest.settle import rest_state
+from hemline.sim.rest.tangles import MOST_CROSSING_WORN, TangledCloth
 
 from .openings import empty_openings, is_worn_nowhere, joints_through_cloth, openings_are_harmless
 
@@ -30,8 +31,11 @@ STRAIN_LIMIT = 1.0
 HOPELESS_RATIO = 1.5
 """A garment whose median strain exceeds the limit by this factor before it settles is rejected without settling."""
 
-CROSSING_LIMIT = 0.5
+CROSSING_LIMIT = 100 * MOST_CROSSING_WORN
 """Largest percentage of edges that may go through the garment's own cloth."""
+
+TANGLED_FROM = 0.5
+"""Percentage of such edges from which a garment is called tangled, which does not prevent it from being worn."""
 
 FALL_LIMIT = 0.15
 """Largest distance that the cloth may sink on average while it settles [m]."""
@@ -47,12 +51,14 @@ class Fitness:
             `self_crossing_percent`, `fall_mm`.
         rest: The settled garment; None if it could not be settled.
         warnings: Oddities that do not prevent it from being worn.
+        tangled: Whether it settles so that it goes through itself in more than a few places.
     """
 
     reason: str | None
     figures: dict[str, float]
     rest: "Take | None"
     warnings: tuple[str, ...] = ()
+    tangled: bool = False
 
 
 def fitness(
@@ -75,9 +81,10 @@ def fitness(
     if hopeless:
         return Fitness(hopeless, {}, None)
     try:
-        rest = rest_drape(garment, shaped, settings, on_step=on_step)
+        rest = _settle(garment, shaped, settings, on_step)
     except SimulationFailed as failure:
-        return Fitness(_why_unsettled(garment, start, shaped, settings, failure, on_step), {}, None)
+        reason = _why_unsettled(garment, start, shaped, settings, failure, on_step)
+        return Fitness(reason, {}, None, tangled=isinstance(failure, TangledCloth))
     vertices = rest.vertices[0]
     fall = float((start.vertices[:, 1] - vertices[:, 1]).mean())
     keys = (
@@ -92,7 +99,28 @@ def fitness(
     figures = {key: float(rest.figures[key]) for key in keys} | {"fall_mm": 1000 * fall}
     empty = empty_openings(vertices, garment.faces, shaped)
     warnings = (f"no limb goes through {_openings(empty)}",) if empty else ()
-    return Fitness(unwearable_reason(garment, shaped, vertices, figures), figures, rest, warnings)
+    crossing = figures["self_crossing_percent"]
+    if tangled := crossing > TANGLED_FROM:
+        what = f"{crossing:.2f} % of its edges go through its own cloth"
+        warnings += (f"{what}: make and animate simulate it without contact of the cloth with itself",)
+    return Fitness(unwearable_reason(garment, shaped, vertices, figures), figures, rest, warnings, tangled)
+
+
+def _settle(
+    garment: Garment, shaped: "ShapedBody", settings: SimSettings, on_step: Callable[[], None] | None
+) -> "Take":
+    """Settles a garment; one that is tangled settles as it is, if it is not too bad.
+
+    Raises:
+        SimulationFailed: It does not settle, or is too tangled.
+    """
+    try:
+        return rest_drape(garment, shaped, settings, on_step=on_step)
+    except TangledCloth as failure:
+        try:
+            return rest_state(garment, shaped, settings, max_crossing=MOST_CROSSING_WORN, on_step=on_step).take()
+        except TangledCloth:
+            raise failure from None
 
 
 def _far_too_small(garment: Garment) -> str | None:

@@ -38,9 +38,6 @@ HOPELESS_COST = 3.0
 WRONG_SIZE_REASONS = ("nothing holds it up", "nothing goes through", "the body goes through", "it is too small")
 """Beginnings of the reasons that a garment of a wrong unit has; with others, another unit is not tried."""
 
-TANGLED = "is tangled"
-"""Part of the reason with which a garment is put on once more, carried by a coarse copy, which tangles less."""
-
 _CURE = "place it on the body at rest (y up, facing +z), or check its unit"
 
 
@@ -183,13 +180,15 @@ def _put_on(
         garment = replace(loose, notes=body_notes + cloth.notes + _describe_alignment(alignment, description.up))
         return TryOn(garment, Fitness(reason, {}, None), alignment)
     tried = _grow_inside(source, shaped, loose, alignment, progress, budget)
-    if TANGLED not in (tried.fitness.reason or ""):
+    if not tried.fitness.tangled:
         return tried
-    try:
+    try:  # carried by a coarse copy, a garment tangles less
         again = _grow_inside(source, shaped, loose, alignment, progress, budget, carried=True)
     except BadGarment:  # no time left, or the copy fails
         return tried
-    return tried if again.fitness.reason else again
+    crossing = [each.fitness.figures.get("self_crossing_percent", np.inf) for each in (tried, again)]
+    better = tried.fitness.reason is not None or crossing[1] < crossing[0]
+    return again if again.fitness.reason is None and better else tried
 
 
 def _grow_inside(

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 MAX_CROSSING_RATIO = 0.002
 """Maximum fraction of edges that may cross a triangle of the garment."""
+MOST_CROSSING_WORN = 0.02
+"""Maximum fraction of such edges of a garment that is worn and played nevertheless, with a warning."""
 
 
 class TangledCloth(SimulationFailed):
