@@ -83,9 +83,7 @@ def animators(model, body, takes) -> dict:
     def on(**changes):
         return replace(ropes, ropes=model.ropes.with_constants(replace(constants, **changes)))
 
-    silent = replace(model.correction, weights=tuple(0 * w for w in model.correction.weights))
-    silent = replace(silent, biases=tuple(0 * b for b in silent.biases))
-    plain = BoneSource(model.ropes, silent, None)
+    plain = BoneSource(model.ropes, model.correction.with_zero_output(), None)
     rest = rest_bones(model.ropes, model.rest, body)
     near = BoneSkin.near(model.ropes, model.rest, rest)
     fitted = near.fit(*sample_frames(model, body, takes), model.rest, rest)

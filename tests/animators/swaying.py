@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hemline.animators.ropes.bones.body_inputs import CORRECTION_INPUT_COUNT, CORRECTION_REST_INPUTS
 from hemline.animators.ropes.fit.frames import KeyFrames
 
 ROWS, COLUMNS = 20, 15
@@ -34,6 +35,14 @@ def sway(clip: int, frames: int) -> np.ndarray:
     return np.stack([side, lift, swing + twist + wave], axis=-1).astype(np.float32)
 
 
+def swaying_bodies(clip: np.ndarray, frames: int) -> np.ndarray:
+    """What the bone correction sees of the body (frames, 63), by a formula: it turns at its own pace in each clip."""
+    t = np.tile(np.arange(frames) / 30, len(clip) // frames)
+    pace = 1 + 0.3 * (clip % 7)
+    waves = np.sin(pace[:, None] * t[:, None] + np.arange(CORRECTION_INPUT_COUNT))
+    return (CORRECTION_REST_INPUTS + 0.5 * waves).astype(np.float32)
+
+
 def swaying_frames(clips: int = 10, frames: int = 60, *, order: np.ndarray | None = None) -> KeyFrames:
     """Frames of several clips: eight in ten to train, one to validate, one to test."""
     displacements = np.concatenate([sway(clip, frames) for clip in range(clips)])
@@ -46,6 +55,7 @@ def swaying_frames(clips: int = 10, frames: int = 60, *, order: np.ndarray | Non
         displacements=displacements.reshape(len(clip), -1)[order],
         bones=np.ascontiguousarray(bones.reshape(len(clip), -1)[order]),
         rope_bones=np.ascontiguousarray(bones.reshape(len(clip), -1)[order]),
+        body=swaying_bodies(clip, frames)[order],
         free=free.reshape(-1),
         side=np.where(clip % 10 < 8, 0, clip % 10 - 7)[order].astype(np.int32),
         mark=f"swaying {clips} {frames}",

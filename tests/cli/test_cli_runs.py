@@ -145,8 +145,6 @@ def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
     options = [
         "--epochs",
         "5",
-        "--correction-epochs",
-        "5",
         "--bones-epochs",
         "5",
         "--components",

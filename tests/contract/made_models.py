@@ -25,7 +25,8 @@ from hemline.animators.lag.lag_net import LagNet, layer_sizes
 from hemline.animators.lag.lag_network import LagNetwork
 from hemline.animators.live import AnimatorLive, Live
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
-from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT
+from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, CORRECTION_INPUT_COUNT
+from hemline.animators.ropes.bones.bone_correction import BoneCorrection
 from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.skinned import AnimatorSkinned, Skinned
@@ -58,6 +59,15 @@ def small_cape() -> Garment:
     return replace(garments.make_cape(body(), rows=ROWS, columns=COLUMNS), chains=chains)
 
 
+def correction_of(ropes, random: np.random.Generator) -> BoneCorrection:
+    """A correction of millimetres, by four directions of the bones and all that it sees of the body."""
+    free = (ropes.parents >= 0).repeat(3)
+    modes, outputs = (np.linalg.qr((free * random.normal(size=(4, len(free)))).T)[0].T for _ in range(2))
+    matrix = 0.01 * random.normal(size=(4, 4 + CORRECTION_INPUT_COUNT))
+    far = np.full(CORRECTION_INPUT_COUNT, 2.0)
+    return BoneCorrection(*(np.ascontiguousarray(each, np.float32) for each in (modes, matrix, outputs, -far, far)))
+
+
 @cache
 def ropes_model() -> AnimatorRopes:
     """Smooth bases and networks small enough that the cape stays a cape."""
@@ -83,7 +93,7 @@ def ropes_model() -> AnimatorRopes:
         second,
         network(modes),
         network(modes),
-        network(inputs, 0.01),
+        correction_of(ropes, random),
         body_name=body().body.name,
         body_hash=body().body.hash,
         config=RopesConfig(components=modes),

@@ -38,7 +38,7 @@ PARTS = {
     "shape_basis": "digits scales modes",
     "skinning": "weight0 weight1 weight2 bias0 bias1 bias2",
     "shape": "weight0 weight1 weight2 bias0 bias1 bias2",
-    "correction": "weight0 weight1 weight2 bias0 bias1 bias2",
+    "correction": "modes matrix outputs low high",
     "learned": "modes low high weight0 weight1 weight2 bias0 bias1 bias2",
 }
 EVERY_ARRAY = ["rest", *(f"{part}.{name}" for part, names in PARTS.items() for name in names.split())]
@@ -107,9 +107,9 @@ def test_missing_or_mistyped_metadata_is_refused(model, tmp_path, name):
         ({"body": {"name": "anny24"}}, "lacks metadata 'hash'"),
         ({"figures": {"mm": "low"}}, "figures of the model are numbers"),
         ({"garment": {}}, "the model's garment is damaged"),
-        ({"ropes": {"constants": {}}}, "reads version 3 of rope chains; got version 1; fit again with"),
-        ({"ropes": {"version": 4}}, "reads version 3 of rope chains; got version 4; upgrade hemline"),
-        ({"ropes": {"version": 3, "rope_constants": 3}}, "lacks metadata 'key_joint'"),
+        ({"ropes": {"constants": {}}}, "reads version 4 of rope chains; got version 1; fit again with"),
+        ({"ropes": {"version": 5}}, "reads version 4 of rope chains; got version 5; upgrade hemline"),
+        ({"ropes": {"version": 4, "rope_constants": 3}}, "lacks metadata 'key_joint'"),
         ({"format": 99}, "newer format; got version 99; this hemline reads up to"),
         ({"kind": "take"}, "must be a model file; got a take file"),
     ],

@@ -105,8 +105,8 @@ def test_a_method_without_time_for_it_ends_with_the_reason(tmp_path):
 def test_a_short_training_has_fewer_passes_and_is_otherwise_the_same():
     usual, half = shorter_training(1.0), shorter_training(0.5)
     assert usual == RopesConfig()
-    assert (half.epochs, half.correction_epochs, half.bones_epochs) == (20, 30, 15)
-    assert replace(half, epochs=40, correction_epochs=60, bones_epochs=30) == usual
+    assert (half.epochs, half.bones_epochs) == (20, 15)
+    assert replace(half, epochs=40, bones_epochs=30) == usual
 
 
 @pytest.mark.slow

@@ -64,7 +64,7 @@ def train_variants(model, takes) -> dict:
         sides = [np.flatnonzero(frames.side == side) for side in (0, 2)]
         shown = [of[[len(of) // 2]] for of in sides]
         for name, changes in VARIANTS.items():
-            options = {"epochs": EPOCHS, "correction_epochs": 1, "threads": 1, "mirror": False}
+            options = {"epochs": EPOCHS, "threads": 1, "mirror": False}
             learned = learn(frames, clear, replace(model.config, **(options | changes)), seed=0)
             found[name] = {
                 "train": errors_of(learned, frames, clear, 0),

@@ -7,7 +7,6 @@ import numpy as np
 
 import hemline
 from hemline import pictures
-from hemline.learning.key_frame import to_key_frame
 from papers.rope_chains.drawing.figure import FigureEntry
 
 FRAMES, SIZE, ROPE, PAIR = 6, (330, 400), 0.006, 0.003
@@ -43,14 +42,15 @@ def draw(folder: Path, model, truth) -> FigureEntry:
     pictured, errors = [], []
     for frame in range(len(take.motion)):
         posed = body.posed(take.motion[frame])
-        state, both = model.step(state, posed, 1 / take.motion.fps)
+        moving, moved = model.source.step(state.bones, posed, 1 / take.motion.fps, state.rest_bones)
+        state = replace(state, bones=moving)
         if frame < take.clip_frames[0]:
             continue
         key, positions = posed.transforms[model.key], state.bones.ropes.positions
-        moved = (to_key_frame(key, positions) - state.rest_bones).astype(np.float32).reshape(-1)
-        moved = moved + model.correction(moved)
-        coefficients = np.concatenate([model.skinning(moved), np.zeros(len(model.shape.biases[-1]), np.float32)])
-        skinned = model.basis.vertices(coefficients, state.rest, key)
+        first, second = model.skinning(moved), model.shape(moved)
+        skinned, both = (
+            model.basis.vertices(np.concatenate([first, each]), state.rest, key) for each in (0 * second, second)
+        )
         seen = take.vertices[frame]
         bones = np.linalg.norm(positions[inner] - ropes.positions_on(seen)[inner], axis=1).mean()
         errors.append([bones, *(np.linalg.norm(each - seen, axis=1).mean() for each in (skinned, both))])

@@ -40,6 +40,22 @@ def ridge(
     return matrix, y_mean - matrix @ x_mean
 
 
+def ridge_through_zero(
+    inputs: Float[np.ndarray, "frames ins"],
+    outputs: Float[np.ndarray, "frames outs"],
+    noise: Float[np.ndarray, " ins"],
+) -> Float[np.ndarray, "outs ins"]:
+    """Returns the matrix of `ridge` without an offset: its output for zeros is zero.
+
+    Args:
+        inputs: Inputs.
+        outputs: Outputs.
+        noise: Standard deviation of the noise on each input.
+    """
+    x, y = inputs.astype(np.float64), outputs.astype(np.float64)
+    return np.linalg.solve(x.T @ x / len(x) + np.diag(noise.astype(np.float64) ** 2), x.T @ y / len(x)).T
+
+
 def wide_ridge(
     inputs: Float[np.ndarray, "frames ins"],
     outputs: Callable[[Int[np.ndarray, " some"]], Float[np.ndarray, "some outs"]],

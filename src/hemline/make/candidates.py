@@ -86,9 +86,7 @@ def candidate_path(work: WorkFolder, method: str) -> Path:
 def shorter_training(effort: float) -> RopesConfig:
     """Returns options of rope chains with a fraction of the usual passes over the training set."""
     usual = RopesConfig()
-    passes = {
-        name: max(1, round(effort * getattr(usual, name))) for name in ("epochs", "correction_epochs", "bones_epochs")
-    }
+    passes = {name: max(1, round(effort * getattr(usual, name))) for name in ("epochs", "bones_epochs")}
     return replace(usual, **passes)
 
 

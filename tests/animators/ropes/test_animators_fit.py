@@ -27,13 +27,12 @@ TINY = RopesConfig(
     epochs=60,
     batch=32,
     collision_vertices=50,
-    correction_hidden=24,
+    correction_components=12,
     skinning_rate=3e-3,
     shape_rate=1e-3,
     checkpoint_epochs=20,
     threads=1,
     second_columns=2,
-    correction_epochs=8,
     bone_components=8,
     bones_hidden=24,
     bones_epochs=4,
@@ -41,7 +40,7 @@ TINY = RopesConfig(
     rollout_frames=10,
     bones="learned",
 )
-BRIEF = replace(TINY, epochs=6, correction_epochs=2, bones_epochs=2, checkpoint_epochs=2)
+BRIEF = replace(TINY, epochs=6, bones_epochs=2, checkpoint_epochs=2)
 
 
 def swinging(shaped, clip: int, frames: int = 40) -> Motion:
@@ -212,10 +211,9 @@ def test_bones_that_are_given_are_used(fitted, dataset):
     _, one = fitted.step(state, posed, 1 / 30, bones=bones)
     _, two = fitted.follow(state, posed, 1 / 30, seen.vertices[9])
     np.testing.assert_array_equal(one, two)
-    # the ropes' own are corrected, given ones are not: by a centimetre here, whatever the fit made of it
-    quiet = fitted.correction.with_zero_output()
-    constant = replace(quiet, biases=(*quiet.biases[:-1], np.full_like(quiet.biases[-1], 0.01)))
-    roped = replace(fitted, learned=None, correction=constant)
+    # the ropes' own are corrected, given ones are not: by what gravity's direction adds here
+    strong = replace(fitted.correction, matrix=np.ones_like(fitted.correction.matrix))
+    roped = replace(fitted, learned=None, correction=strong)
     after, own = roped.step(roped.start(posed), posed, 1 / 30)
     _, uncorrected = fitted.step(state, posed, 1 / 30, bones=after.bones.ropes.positions)
     assert np.abs(own - uncorrected).max() > 1e-4
@@ -239,10 +237,10 @@ def test_the_figures_of_own_bones_are_what_playing_gives(fitted, dataset):
 
 def test_the_source_of_bones_is_asked_for_or_chosen_on_validation(fitted, dataset):
     assert fitted.learned is not None
-    roped = fit(dataset, replace(TINY, bones="ropes", epochs=1, correction_epochs=1, calibrate=False))
+    roped = fit(dataset, replace(TINY, bones="ropes", epochs=1, calibrate=False))
     assert roped.learned is None
     assert "val_learned_error_mm" not in roped.figures
-    chosen = fit(dataset, replace(TINY, bones="auto", epochs=1, correction_epochs=1, calibrate=False))
+    chosen = fit(dataset, replace(TINY, bones="auto", epochs=1, calibrate=False))
     better = chosen.figures["val_learned_error_mm"] < chosen.figures["val_ropes_error_mm"]
     assert (chosen.learned is not None) == better
 
@@ -264,7 +262,7 @@ def test_the_constants_of_the_ropes_come_closer_to_the_truth(garment, shaped, tm
     long.add(take(garment, shaped, still, 0, "rest"))
     for clip in range(4):
         long.add(take(garment, shaped, swinging(shaped, clip, 80), clip))
-    short = replace(TINY, epochs=1, correction_epochs=1, bones="ropes")
+    short = replace(TINY, epochs=1, bones="ropes")
     calibrated, laid = (fit(long, replace(short, calibrate=each), seed=0) for each in (True, False))
     assert calibrated.figures["train_ropes_mm"] < laid.figures["train_ropes_mm"]
     assert calibrated.figures["held_out_ropes_mm"] > 0

@@ -1,4 +1,4 @@
-"""Training of both networks and of the bone correction, on a cape that sways by a formula."""
+"""Training of both networks, on a cape that sways by a formula."""
 
 from dataclasses import replace
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from hemline.animators.ropes.config import RopesConfig
-from hemline.animators.ropes.fit.fit import choose_correction
 from hemline.animators.ropes.fit.learn import Learned, learn
 from hemline.animators.ropes.fit.linear import SMALL_NOISE
 from hemline.errors import BadInput, BadModel
@@ -23,8 +22,6 @@ SMALL = RopesConfig(
     epochs=48,
     batch=64,
     collision_vertices=100,
-    correction_hidden=32,
-    correction_epochs=10,
     skinning_rate=3e-3,
     shape_rate=1e-3,
     second_columns=3,
@@ -144,55 +141,20 @@ def test_a_killed_training_goes_on_to_the_same_end(learned, frames, floor, tmp_p
         ("skinning network", 17),
         ("skinning network", 44),
         ("shape network", 3),
-        ("bone correction", 2),
-        ("bone correction", 9),
+        ("shape network", 44),
     ):
         with pytest.raises(KeyboardInterrupt):
             learn(frames, floor, SMALL, seed=0, folder=tmp_path, progress=killed_at(stage, epoch))
     seen: list[tuple[str, int]] = []
     end = learn(frames, floor, SMALL, seed=0, folder=tmp_path, progress=lambda s, d, n: seen.append((s, d)))
-    assert ("skinning network", 10) not in seen and ("bone correction", 5) not in seen  # done before
-    assert seen[-1] == ("bone correction", 10)
+    assert ("skinning network", 10) not in seen and ("shape network", 20) not in seen  # done before
+    assert seen[-1] == ("shape network", 48)
     for one, two in zip(
-        learned.shape.weights + learned.skinning.weights + learned.correction.weights,
-        end.shape.weights + end.skinning.weights + end.correction.weights,
+        learned.shape.weights + learned.skinning.weights,
+        end.shape.weights + end.skinning.weights,
         strict=True,
     ):
         np.testing.assert_array_equal(one, two)
-
-
-@pytest.fixture(scope="module")
-def corrected(frames, floor):
-    """A fit whose ropes swing less far than the cloth, and those ropes."""
-    slack = 0.7 * frames.bones
-    return learn(
-        replace(frames, rope_bones=slack), floor, replace(SMALL, correction_epochs=40, correction_rate=3e-3), seed=0
-    ), slack
-
-
-def across(learned: Learned, bones: np.ndarray) -> np.ndarray:
-    return played(learned, bones + learned.correction.many(bones))[1]
-
-
-def test_the_correction_brings_ropes_closer_to_the_truth_and_leaves_carried_bones(corrected, frames):
-    learned, slack = corrected
-    truth = frames.displacements[frames.test]
-    without, with_correction = (
-        mean_mm(truth - found)
-        for found in (played(learned, slack[frames.test])[1], across(learned, slack[frames.test]))
-    )
-    # the prior weighs as much as the ground truth: half of the gap is to be closed
-    assert with_correction < 0.7 * without
-    assert not learned.correction.many(slack)[:, frames.free == 0].any()
-
-
-def test_the_prior_holds_the_correction_back(frames):
-    slack = 0.7 * frames.bones
-    shown, moved = replace(frames, rope_bones=slack), []
-    for weight in (0.0, 10.0):
-        found = learn(shown, None, replace(SMALL, epochs=3, prior_weight=weight), seed=0)
-        moved.append(mean_mm(across(found, slack[frames.test]) - played(found, slack[frames.test])[1]))
-    assert moved[1] < 0.3 * moved[0]
 
 
 def test_a_checkpoint_of_another_fit_is_not_used(frames, tmp_path):
@@ -203,23 +165,17 @@ def test_a_checkpoint_of_another_fit_is_not_used(frames, tmp_path):
     np.testing.assert_array_equal(fresh.skinning.weights[1], after.skinning.weights[1])
 
 
-@pytest.mark.parametrize("roped", [False, True])
-def test_the_collision_term_takes_vertices_out_of_the_body(frames, floor, roped):
+def test_the_collision_term_takes_vertices_out_of_the_body(frames, floor):
     # so few components that the cape cannot be met everywhere: the wall is cut unless it is worth more
-    coarse = replace(SMALL, components=2, shape_components=1, second_columns=0, epochs=20, correction_epochs=20)
-    coarse = replace(coarse, collision_weight=0.0, correction_collision_weight=0.0)
-    weights = {"correction_collision_weight": 100.0} if roped else {"collision_weight": 100.0}
-    slack = 0.7 * frames.bones
-    shown = replace(frames, rope_bones=slack)
+    coarse = replace(SMALL, components=2, shape_components=1, second_columns=0, epochs=20, collision_weight=0.0)
 
     def inside(config: RopesConfig) -> int:
-        found = learn(shown, floor, config, seed=0)
         train = frames.train
-        both = across(found, slack[train]) if roped else played(found, frames.bones[train])[1]
-        offsets = (both - frames.displacements[train]).reshape(len(train), -1, 3)
+        offsets = played(learn(frames, floor, config, seed=0), frames.bones[train])[1] - frames.displacements[train]
+        offsets = offsets.reshape(len(train), -1, 3)
         return int((shortfall(offsets, *floor.rows(train, np.arange(VERTICES)), 0.0) > 0).sum())
 
-    without, with_term = inside(coarse), inside(replace(coarse, **weights))
+    without, with_term = inside(coarse), inside(replace(coarse, collision_weight=100.0))
     assert without > 50
     assert with_term < 0.75 * without
 
@@ -283,30 +239,9 @@ def test_divergence_is_said(frames):
             {"bone_noise": float("nan")},
             "'bone_noise' must not be negative; got nan; give a finite number of at least 0",
         ),
-        ({"prior_weight": -1.0}, "'prior_weight' must not be negative; got -1.0"),
+        ({"swing_weight": -1.0}, "'swing_weight' must not be negative; got -1.0"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(change, complaint):
     with pytest.raises(BadInput, match=complaint):
         replace(SMALL, **change)
-
-
-def constant(network, value: float):
-    """A network with a constant output."""
-    quiet = network.with_zero_output()
-    return replace(quiet, biases=(*quiet.biases[:-1], np.full_like(quiet.biases[-1], value)))
-
-
-def test_a_correction_that_is_no_better_on_validation_is_silenced(frames, learned):
-    """Ropes hang 5 cm off: a network that moves them back is kept, one that moves them farther is disabled."""
-    off = replace(frames, rope_bones=frames.bones - np.float32(0.05))
-    for value, kept in ((0.05, True), (-0.05, False)):
-        given = replace(learned, correction=constant(learned.correction, value))
-        network, figures = choose_correction(off, given)
-        np.testing.assert_allclose(network(off.rope_bones[0]), value if kept else 0.0, atol=1e-6)
-        better = figures["val_corrected_error_mm"] < figures["val_uncorrected_error_mm"]
-        assert better == kept
-    # without validation data
-    blind = replace(off, side=np.zeros_like(off.side))
-    network, figures = choose_correction(blind, given)
-    assert network is given.correction and not figures

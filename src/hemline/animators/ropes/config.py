@@ -56,16 +56,8 @@ class RopesConfig:
     """Standard deviation of the noise added to the simulated bones during training [m]."""
     mirror: bool = True
     """Train on mirror images too, with left and right exchanged, if garment and body are symmetric."""
-    correction_hidden: int = positive(128)
-    """Number of neurons in each of the two hidden layers of the bone correction network."""
-    correction_epochs: int = positive(60)
-    """Number of passes over the training set for the bone correction."""
-    correction_rate: float = not_negative(5e-4)
-    """Initial learning rate of Adam for the bone correction."""
-    correction_collision_weight: float = not_negative(30.0)
-    """Loss weight of the collision term for the bone correction."""
-    prior_weight: float = not_negative(0.1)
-    """Loss weight, for the bone correction, of the mean squared distance to the cloth of uncorrected rope bones."""
+    correction_components: int = positive(100)
+    """Number of principal components of the correction of the ropes' bones."""
     bones: Literal["auto", "ropes", "learned"] = "auto"
     """Source of the bone motion: ropes, learned bones, or the better one on validation data (auto).
     Learned bones keep the ropes as a fallback."""

@@ -11,6 +11,7 @@ import numpy as np
 from hemline.animators.model_file import garment_of, save_model
 from hemline.animators.own_body import refuse_other_body
 from hemline.animators.rigid_transform import RigidTransform
+from hemline.animators.ropes.bones.bone_correction import BoneCorrection
 from hemline.animators.ropes.bones.bone_source import BoneSource
 from hemline.animators.ropes.bones.bones import bones_of_mesh, rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
@@ -32,8 +33,18 @@ from .animator_state import AnimatorRopesState
 from .config import RopesConfig
 from .detail import AnimatorRopesLevel
 
-VERSION = 3
+VERSION = 4
 """Version of rope chains in model files, key `ropes.version`; version 1 had no such key."""
+NETWORK_VERSION = 3
+"""Version whose bone correction is a network; it is read, too."""
+_FORMER_OPTIONS = (
+    "correction_hidden",
+    "correction_epochs",
+    "correction_rate",
+    "correction_collision_weight",
+    "prior_weight",
+)
+"""Options of the fit that only models of that version hold."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +69,8 @@ class AnimatorRopes:
     shape_basis: PackedBasis
     skinning: Mlp
     shape: Mlp
-    correction: Mlp
-    """Correction of the ropes' bones, see `correction.train_correction`; other bones need none."""
+    correction: BoneCorrection | Mlp
+    """Correction of the ropes' bones (in models of format 3 a network); other bones need none."""
     body_name: str
     body_hash: str
     config: RopesConfig
@@ -194,7 +205,8 @@ class AnimatorRopes:
 
     def _bones_metadata(self) -> dict[str, Any]:
         learned = {} if self.learned is None else {"learned": self.learned.metadata()}
-        return {"version": VERSION, "bones": self.bones, "springs": self.springs.metadata()} | learned
+        version = NETWORK_VERSION if isinstance(self.correction, Mlp) else VERSION
+        return {"version": version, "bones": self.bones, "springs": self.springs.metadata()} | learned
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
@@ -205,7 +217,8 @@ class AnimatorRopes:
                 shape that does not fit the others.
         """
         ropes_metadata = entry(metadata, "ropes", dict)
-        _check_version(ropes_metadata.get("version", 1))
+        version = ropes_metadata.get("version", 1)
+        _check_version(version)
         garment = garment_of(arrays, metadata)
         with damage_as_bad_model("the model's ropes"):
             ropes = read_ropes(part(arrays, "ropes"), ropes_metadata)
@@ -219,7 +232,12 @@ class AnimatorRopes:
         second = PackedBasis.of(part(arrays, "shape_basis"), vertex_count=count)
         skinning = Mlp.of(part(arrays, "skinning"), inputs=inputs, outputs=first.mode_count)
         shape = Mlp.of(part(arrays, "shape"), inputs=inputs, outputs=second.mode_count)
-        correction = Mlp.of(part(arrays, "correction"), inputs=inputs, outputs=inputs)
+        found = part(arrays, "correction")
+        correction = (
+            Mlp.of(found, inputs=inputs, outputs=inputs)
+            if version == NETWORK_VERSION
+            else BoneCorrection.of(found, rows=inputs)
+        )
         learned = _read_learned(arrays, ropes_metadata, ropes)
         body = entry(metadata, "body", dict)
         figures = entry(metadata, "figures", dict)
@@ -236,7 +254,7 @@ class AnimatorRopes:
             correction,
             body_name=entry(body, "name", str),
             body_hash=entry(body, "hash", str),
-            config=options_of(RopesConfig, entry(metadata, "config", dict), error=BadModel),
+            config=_read_config(entry(metadata, "config", dict)),
             learned=learned,
             springs=_read_springs(ropes_metadata),
             figures=figures,
@@ -258,8 +276,13 @@ class AnimatorRopes:
         return rest, rest_bones(self.ropes, rest, shaped)
 
 
+def _read_config(values: Mapping[str, Any]) -> RopesConfig:
+    kept = {name: value for name, value in values.items() if name not in _FORMER_OPTIONS}
+    return options_of(RopesConfig, kept, error=BadModel)
+
+
 def _check_version(found: Any) -> None:
-    if found != VERSION:
+    if found not in (NETWORK_VERSION, VERSION):
         newer = isinstance(found, int) and found > VERSION
         cure = "upgrade hemline" if newer else "fit again with 'hemline fit'"
         raise BadModel(f"this hemline reads version {VERSION} of rope chains", f"version {found}", cure)

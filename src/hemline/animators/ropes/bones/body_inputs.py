@@ -18,6 +18,17 @@ REST_INPUTS = np.zeros(BODY_INPUT_COUNT, np.float32)
 REST_INPUTS[1] = -1
 
 
+_CHANGES = (6, 7, 8, 12, 13, 14)
+CORRECTION_INPUTS = np.array([k for k in range(15 + 3 * len(INPUT_JOINTS)) if k not in _CHANGES])
+"""Those of `body_inputs` that the correction of the ropes' bones sees: neither changes nor velocities of joints, which
+depend on the frame rate or add nothing."""
+CORRECTION_INPUT_COUNT = len(CORRECTION_INPUTS)
+CORRECTION_REST_INPUTS = REST_INPUTS[CORRECTION_INPUTS]
+"""These inputs from a body that stands still in its rest pose."""
+_VELOCITY = slice(3, 6)
+"""Velocity of the key joint among both."""
+
+
 @dataclass(frozen=True, eq=False)
 class BodyAtRest:
     """The rest pose of one body shape, from which its motion is measured."""
@@ -71,6 +82,34 @@ def body_inputs(
         *(each.reshape(*each.shape[:-2], -1) for each in (here, (here - there) / dt)),
     ]
     return np.concatenate(parts, axis=-1)
+
+
+def correction_inputs(
+    rest: BodyAtRest,
+    then: Float[Transforms, "*frames"],
+    now: Float[Transforms, "*frames"],
+    dt: float,
+    wind: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Float[np.ndarray, "*frames ins"]:
+    """Returns the motion of the body as the correction of the ropes' bones sees it, float64.
+
+    Velocities are relative to the air, since a garment hangs in a wind as on a body that moves against it.
+
+    Args:
+        rest: The body at rest.
+        then: Skin transforms of the last step.
+        now: Skin transforms of this step.
+        dt: Time from `then` to `now` [s].
+        wind: Velocity of the air in the world [m/s].
+
+    Returns:
+        In the frame of the key joint: the direction of gravity; the velocity of the joint through the air [m/s]; its
+        rate of rotation (sines of small angles) [1/s]; displacements from rest of the joints `INPUT_JOINTS` [m].
+    """
+    found = body_inputs(rest, then, then, now, dt, dt)[..., CORRECTION_INPUTS]
+    turn = now[..., rest.key, :, :3]
+    found[..., _VELOCITY] -= _to_key_axes(turn, np.broadcast_to(np.asarray(wind, np.float64), turn.shape[:-1]))
+    return found
 
 
 def _spin(one: np.ndarray, two: np.ndarray) -> np.ndarray:

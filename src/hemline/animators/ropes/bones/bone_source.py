@@ -10,13 +10,14 @@ from hemline.animators.rigid_transform import RigidTransform
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.rope_frame_kernels import carry_nodes
 from hemline.animators.ropes.mechanics.state import RopesState
-from hemline.arrays import Float, Nodes
+from hemline.arrays import Float, Nodes, Transforms
 from hemline.bodies.body import PosedBody
 from hemline.collide.primitives.body_primitives import Colliders
 from hemline.learning.key_frame import to_key_frame
 from hemline.learning.mlp import Mlp
 
-from .body_inputs import BodyAtRest
+from .body_inputs import BodyAtRest, correction_inputs
+from .bone_correction import BoneCorrection
 from .bone_limit_kernels import limit_bones
 from .bones import margins_of
 from .chains import Ropes
@@ -64,8 +65,8 @@ class BoneSource:
     """
 
     ropes: Ropes
-    correction: Mlp
-    """Network that corrects the ropes' bones, see `fit.correction.train_correction`."""
+    correction: BoneCorrection | Mlp
+    """Correction of the ropes' bones. Models of format 3 have a network, which sees the bones alone."""
     learned: LearnedBones | None
 
     @cached_property
@@ -105,9 +106,8 @@ class BoneSource:
         """
         if self.learned is None or state.learned is None:
             ropes = self.ropes.step(state.ropes, posed, dt)
-            return BonesState(ropes, None, state.ropes_weight), self._limit_displacements(
-                self._correct(ropes, posed, rest), rest
-            )
+            moved = self._correct(ropes, posed, rest, state.ropes.frames, dt)
+            return BonesState(ropes, None, state.ropes_weight), self._limit_displacements(moved, rest)
         old, learned, frames = state.ropes, state.learned, self.ropes.primitives.joint_frames(posed)
         body = BodyAtRest(self.ropes.key_index, old.pivots)
         if self.ropes.is_teleport(learned.bodies[2], frames, old.pivots, dt):
@@ -131,7 +131,8 @@ class BoneSource:
         moved = self._displacements(positions, posed, rest)
         if weight > 0:
             blend = np.float32(weight * weight * (3 - 2 * weight))
-            moved = self._limit_displacements((1 - blend) * moved + blend * self._correct(ropes, posed, rest), rest)
+            corrected = self._correct(ropes, posed, rest, learned.bodies[2], dt)
+            moved = self._limit_displacements((1 - blend) * moved + blend * corrected, rest)
         learned = self._follow_ropes(made, ropes, weight, dt) if weight > 0 else made.state
         return BonesState(ropes, learned, np.asarray(weight)), moved
 
@@ -202,6 +203,14 @@ class BoneSource:
         key = posed.transforms[self.ropes.key_index]
         return (to_key_frame(key, positions) - rest).astype(np.float32).reshape(-1)
 
-    def _correct(self, ropes: RopesState, posed: PosedBody, rest: Nodes) -> Float[np.ndarray, " ins"]:
+    def _correct(
+        self, ropes: RopesState, posed: PosedBody, rest: Nodes, before: Transforms, dt: float
+    ) -> Float[np.ndarray, " ins"]:
+        """Returns the corrected displacements of the ropes' bones; `before` are the skin transforms a step ago."""
         moved = self._displacements(ropes.positions, posed, rest)
-        return moved + self.correction(moved)
+        if isinstance(self.correction, Mlp):
+            return moved + self.correction(moved)
+        body, wind = BodyAtRest(self.ropes.key_index, ropes.pivots), self.ropes.constants.wind
+        if self.ropes.is_teleport(before, ropes.frames, ropes.pivots, dt):
+            before = ropes.frames
+        return moved + self.correction(moved, correction_inputs(body, before, ropes.frames, dt, wind))

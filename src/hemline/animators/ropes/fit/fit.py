@@ -10,27 +10,30 @@ import numpy as np
 
 from hemline.animators.base import Progress
 from hemline.animators.checkpoints import checkpoint_folder
+from hemline.animators.ropes.bones.bone_correction import BoneCorrection
 from hemline.animators.ropes.bones.bone_source import BoneSource
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.model import AnimatorRopes
 from hemline.animators.terms import garment_terms
+from hemline.arrays import Float
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
 from hemline.errors import HemlineWarning, MissingExtra
 from hemline.garments.garment import Garment
 from hemline.garments.hanging import HANGING_DISTANCE, LITTLE_HANGS, hanging_percent
-from hemline.learning.mlp import Mlp
 from hemline.motions.terms import as_stated
 
+from .correction import fit_correction
 from .fit_figures import figures_of_bones
 from .fit_ropes import fit_ropes
 from .frames import KeyFrames
 from .gather import TakeFrames, gather
-from .learn import Learned, learn
+from .learn import learn
 from .learn_bones import learn_bones, play_bones
+from .training_set import MeshNetworks
 
 
 def fit(
@@ -83,9 +86,12 @@ def fit(
     with checkpoint_folder(checkpoints) as folder:
         frames, clearances = gather(source, ropes, folder, mirror=config.mirror, progress=progress)
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
-        correction, correction_figures = choose_correction(frames, learned)
-        learned = replace(learned, correction=correction)
-        learned_bones, figures = _fit_learned_bones(source, ropes, frames, learned, config, seed, progress, folder)
+        fitted = fit_correction(frames, config.correction_components)
+        correction, correction_figures = choose_correction(frames, learned.mesh_networks, fitted)
+        bones = BoneSource(ropes, correction, None)
+        learned_bones, figures = _fit_learned_bones(
+            source, bones, frames, learned.mesh_networks, config, seed, progress, folder
+        )
     return AnimatorRopes(
         garment,
         ropes,
@@ -94,7 +100,7 @@ def fit(
         learned.shape_basis,
         learned.skinning,
         learned.shape,
-        learned.correction,
+        correction,
         body_name=garment.body_name,
         body_hash=shaped.body.hash,
         config=config,
@@ -118,43 +124,51 @@ def warn_if_close(garment: Garment, percent: float) -> None:
         warnings.warn(HemlineWarning(what, got, cure), stacklevel=3)
 
 
-def choose_correction(frames: KeyFrames, learned: Learned) -> tuple[Mlp, dict[str, float]]:
+def choose_correction(
+    frames: KeyFrames, mesh_networks: MeshNetworks, correction: BoneCorrection
+) -> tuple[BoneCorrection, dict[str, float]]:
     """Returns the bone correction, or one without effect where it increases the error on held-out takes.
 
     Args:
         frames: The frames, with the bones of the ropes.
-        learned: Networks and correction.
+        mesh_networks: Both networks from bones to mesh.
+        correction: The correction that was fitted.
 
     Returns:
         The correction for playing; the figures `val_uncorrected_error_mm`, `val_corrected_error_mm` and those of the
         test split.
     """
     held_out = frames.rope_bones[frames.side > 0]
-    figures = figures_of_bones(frames, learned.mesh_networks, "uncorrected", held_out)
-    figures |= figures_of_bones(
-        frames, learned.mesh_networks, "corrected", held_out + learned.correction.many(held_out)
-    )
+    figures = figures_of_bones(frames, mesh_networks, "uncorrected", held_out)
+    figures |= figures_of_bones(frames, mesh_networks, "corrected", _corrected(frames, correction))
     worse = figures.get("val_corrected_error_mm", 0.0) > figures.get("val_uncorrected_error_mm", math.inf)
-    return learned.correction.with_zero_output() if worse else learned.correction, figures
+    return correction.with_zero_output() if worse else correction, figures
+
+
+def _corrected(frames: KeyFrames, correction: BoneCorrection) -> Float[np.ndarray, "held_out ins"]:
+    """Returns the corrected displacements of the ropes' bones on held-out takes [m]."""
+    some = frames.side > 0
+    return frames.rope_bones[some] + correction(frames.rope_bones[some], frames.body[some])
 
 
 def _fit_learned_bones(
     source: TakeFrames,
-    ropes: Ropes,
+    rope_source: BoneSource,
     frames: KeyFrames,
-    learned: Learned,
+    mesh_networks: MeshNetworks,
     config: RopesConfig,
     seed: int,
     progress: Progress | None,
     folder: Path,
 ) -> tuple[LearnedBones | None, dict[str, float]]:
     """Returns the learned bones, unless ropes are configured or better on validation, and the errors of both."""
-    mesh_networks, rope_source = learned.mesh_networks, BoneSource(ropes, learned.correction, None)
-    held_out = frames.rope_bones[frames.side > 0]
-    figures = figures_of_bones(frames, mesh_networks, "ropes", held_out + learned.correction.many(held_out))
+    correction = rope_source.correction
+    assert isinstance(correction, BoneCorrection)
+    held_out = _corrected(frames, correction)
+    figures = figures_of_bones(frames, mesh_networks, "ropes", held_out)
     if config.bones == "ropes":
         return None, figures | _own_figures_of(figures, "ropes")
-    bones = learn_bones(source, ropes, config, seed=seed, progress=progress, folder=folder)
+    bones = learn_bones(source, rope_source.ropes, config, seed=seed, progress=progress, folder=folder)
     moved = play_bones(source, replace(rope_source, learned=bones)) if len(held_out) else held_out
     figures |= figures_of_bones(frames, mesh_networks, "learned", moved)
     better = figures.get("val_learned_error_mm", math.inf) < figures.get("val_ropes_error_mm", math.inf)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline.animators.base import Progress
+from hemline.animators.ropes.bones.body_inputs import CORRECTION_INPUT_COUNT, BodyAtRest, correction_inputs
 from hemline.animators.ropes.bones.bones import rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.arrays import Float, FramesOfVertices, Int, Vertices
@@ -95,7 +96,10 @@ class _TrainingTake:
     clearances: Clearances
     """Clearances in the world."""
     transforms: Float[np.ndarray, "frames joints 3 4"]
-    rope_bones: np.ndarray
+    rope_bones: Float[np.ndarray, "frames nodes 3"]
+    """Bones of simulated ropes in the world [m]."""
+    body: Float[np.ndarray, "frames body"]
+    """Motion of the body, see `body_inputs.correction_inputs`."""
     side: int
     shape: int
 
@@ -124,6 +128,7 @@ def gather(
     normals = create_mapped_array(folder / "normals.npy", np.float16, (count, vertices, 3))
     heights = create_mapped_array(folder / "heights.npy", np.float16, (count, vertices))
     bones, rope_bones = (np.empty((count, ropes.node_count, 3), np.float32) for _ in range(2))
+    body = np.empty((count, CORRECTION_INPUT_COUNT), np.float32)
     sides = np.empty(count, np.int32)
     rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     first = 0
@@ -135,6 +140,7 @@ def gather(
         mesh_bones[:, ropes.kinematic] = ropes.kinematic_paths(frames_of_take.transforms, source.shaped[shape])
         bones[at] = _in_key(mesh_bones, keys) - rests[shape]
         rope_bones[at] = _in_key(frames_of_take.rope_bones, keys) - rests[shape]
+        body[at] = frames_of_take.body
         sides[at] = frames_of_take.side
         normals[at] = np.einsum("fvi,fij->fvj", frames_of_take.clearances.normals, keys[:, :, :3])
         heights[at] = frames_of_take.clearances.heights
@@ -147,6 +153,7 @@ def gather(
         displacements=displacements,
         bones=bones.reshape(count, -1),
         rope_bones=rope_bones.reshape(count, -1),
+        body=body,
         free=free.reshape(-1),
         side=sides,
         mark=content_hash(source.mark, bones),
@@ -157,17 +164,28 @@ def gather(
 def _training_takes(source: TakeFrames, ropes: Ropes, partner: np.ndarray | None) -> Iterator[_TrainingTake]:
     for take, side, shape in source.takes():
         shaped, clip = source.shaped[shape], take.clip_frames
-        transforms = _transforms(shaped, take)[clip]
+        at_rest = BodyAtRest(ropes.key_index, np.asarray(shaped.joints, np.float64))
+        moving = _transforms(shaped, take)
         vertices = take.vertices[clip]
         posed = [shaped.posed(take.motion[index]) for index in clip]
         clear = clearances(vertices, [body.vertices for body in posed], [body.normals for body in posed])
-        rope_bones = _simulate_ropes(ropes, shaped, take.motion, clip, vertices)
-        yield _TrainingTake(vertices, clear, transforms, rope_bones, side, shape)
+        rope_bones = _simulate_ropes(ropes, shaped, take.motion)[clip]
+        body = _body_inputs(at_rest, moving, clip, take.motion.fps)
+        yield _TrainingTake(vertices, clear, moving[clip], rope_bones, body, side, shape)
         if partner is not None and side == 0:
-            vertices, transforms = mirror_vertices(vertices, partner), mirror_transforms(transforms)
+            vertices, moving = mirror_vertices(vertices, partner), mirror_transforms(moving)
             clear = Clearances(mirror_vertices(clear.normals, partner), clear.heights[:, partner])
-            rope_bones = _simulate_ropes(ropes, shaped, mirror_motion(take.motion), clip, vertices)
-            yield _TrainingTake(vertices, clear, transforms, rope_bones, side, shape)
+            rope_bones = _simulate_ropes(ropes, shaped, mirror_motion(take.motion))[clip]
+            body = _body_inputs(at_rest, moving, clip, take.motion.fps)
+            yield _TrainingTake(vertices, clear, moving[clip], rope_bones, body, side, shape)
+
+
+def _body_inputs(
+    at_rest: BodyAtRest, moving: Float[np.ndarray, "frames joints 3 4"], clip: Int[np.ndarray, " clip"], fps: float
+) -> Float[np.ndarray, "clip body"]:
+    """Returns the motion of the body in the frames of a clip, from the skin transforms of a whole take."""
+    moving = moving.astype(np.float64)
+    return correction_inputs(at_rest, moving[np.maximum(clip - 1, 0)], moving[clip], 1 / fps)
 
 
 def _transforms(shaped: ShapedBody, take: Take) -> Float[np.ndarray, "frames joints 3 4"]:
@@ -178,14 +196,11 @@ def _in_key(points: np.ndarray, keys: np.ndarray) -> np.ndarray:
     return np.stack([to_key_frame(key.astype(np.float64), each) for key, each in zip(keys, points, strict=True)])
 
 
-def _simulate_ropes(
-    ropes: Ropes, shaped: ShapedBody, motion: Motion, clip: Int[np.ndarray, " clip"], truth: FramesOfVertices
-) -> np.ndarray:
-    """Returns the bones of simulated ropes along a clip; in the first second, while they settle, those of the cloth."""
+def _simulate_ropes(ropes: Ropes, shaped: ShapedBody, motion: Motion) -> Float[np.ndarray, "frames nodes 3"]:
+    """Returns the bones of simulated ropes along a take, from rest [m]."""
     state = ropes.start(shaped.posed(motion[0]))
     positions = []
     for index in range(len(motion)):
         state = ropes.step(state, shaped.posed(motion[index]), 1 / motion.fps)
         positions.append(state.positions)
-    settled = (clip >= motion.fps)[:, None, None]
-    return np.where(settled, np.stack(positions)[clip], ropes.positions_on(truth))
+    return np.stack(positions)

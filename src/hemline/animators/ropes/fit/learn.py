@@ -1,4 +1,4 @@
-"""Fit of bases, networks and bone correction to frames, in the order of Sections 7 and 8."""
+"""Fit of bases and networks to frames, in the order of Sections 7 and 8."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -29,7 +29,6 @@ class Learned:
     shape_basis: PackedBasis
     skinning: Mlp
     shape: Mlp
-    correction: Mlp
     figures: dict[str, float]
 
     @property
@@ -48,7 +47,7 @@ def learn(
     progress: Progress | None = None,
     folder: Path | None = None,
 ) -> Learned:
-    """Fits both bases, both networks and the bone correction.
+    """Fits both bases and both networks.
 
     Args:
         frames: Displacements, bones and the split.
@@ -83,21 +82,8 @@ def learn(
     first = _train_stage("skinning", pca, None, config.second_columns, config.skinning_rate, seed, *common)
     pca = principal_of_map(*linear.beyond(frames, first), trained, config.shape_components)
     second = _train_stage("shape", pca, first, 0, config.shape_rate, seed + 1, *common)
-    from .correction import train_correction
-
-    mesh_networks = MeshNetworks((first.network, second.network), np.concatenate([first.vectors, second.vectors]))
-    correction = train_correction(
-        frames,
-        mesh_networks,
-        clearances,
-        config,
-        seed=seed,
-        mark=mark,
-        folder=folder,
-        progress=lambda done, total: report("bone correction", done, total),
-    )
     figures = fit_figures(frames, first, second, linear)
-    return Learned(first.basis, second.basis, first.network, second.network, correction, figures)
+    return Learned(first.basis, second.basis, first.network, second.network, figures)
 
 
 def _train_stage(

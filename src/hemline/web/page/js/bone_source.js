@@ -30,7 +30,8 @@ export class BoneSource {
     const { chains } = this;
     if (!this.learned) {
       const ropes = chains.step(state.ropes, frames, dt);
-      return [{ ropes, learned: null, fraction: state.fraction }, this.#limitDisplacements(this.#correct(ropes, frames))];
+      const moved = this.#correct(ropes, state.ropes.frames, frames, dt);
+      return [{ ropes, learned: null, fraction: state.fraction }, this.#limitDisplacements(moved)];
     }
     let before = state.learned;
     if (chains.teleported(before.bodies[2], frames, dt)) before = followTeleport(before, frames, chains.key);
@@ -45,7 +46,8 @@ export class BoneSource {
     else if (fraction > 0) ropes = this.#ropesFrom(result, frames, before, dt);
     let moved = this.#displacements(positions, frames), learned = result.state;
     if (fraction > 0) {
-      const weight = Math.fround(fraction * fraction * (3 - 2 * fraction)), corrected = this.#correct(ropes, frames);
+      const weight = Math.fround(fraction * fraction * (3 - 2 * fraction));
+      const corrected = this.#correct(ropes, before.bodies[2], frames, dt);
       moved = this.#limitDisplacements(moved.map((value, n) => (1 - weight) * value + weight * corrected[n]));
       learned = this.#drawToRopes(result, ropes, fraction, dt);
     }
@@ -134,8 +136,9 @@ export class BoneSource {
     return Float32Array.from(intoJoint(frames, this.chains.key, positions), (value, n) => value - this.rest[n]);
   }
 
-  #correct(ropes, frames) {
-    const moved = this.#displacements(ropes.positions, frames), change = this.correction.run(moved);
+  #correct(ropes, before, frames, dt) {
+    const then = this.chains.teleported(before, frames, dt) ? frames : before;
+    const moved = this.#displacements(ropes.positions, frames), change = this.correction.change(moved, then, frames, dt);
     return moved.map((value, n) => value + change[n]);
   }
 }

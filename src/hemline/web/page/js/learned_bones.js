@@ -1,13 +1,11 @@
-// Learned bones: a network in a closed loop; animators/ropes/learned_bones, body_input_kernels, bone_contact_kernels.
+// Learned bones: a network in a closed loop; animators/ropes/bones/learned_bones, bone_contact_kernels.
 
+import { bodyInputs, COUNT, jointsOn } from "hemline/body_inputs.js";
 import { distance, closest } from "hemline/cones.js";
 import { intoJoint, point, toRest, toWorld, rotateToWorld } from "hemline/joint_frames.js";
 import { Mlp } from "hemline/networks.js";
 
 const MAX_STEPS = 16, TOLERANCE = 1e-6, LEAST_RANGE = 0.02, ROUNDS = 4;
-const UNUSED_JOINTS = [10, 11, 12, 15, 22, 23]; // feet, neck, head, hands
-const INPUT_JOINTS = Array.from({ length: 24 }, (_, joint) => joint).filter((joint) => !UNUSED_JOINTS.includes(joint));
-const COUNT = 15 + 6 * INPUT_JOINTS.length;
 
 export class LearnedBones {
   constructor(arrays, { seconds, clearance }, chains, kernels) {
@@ -52,7 +50,7 @@ export class LearnedBones {
   #predict(positions, bodies, now, dt) {
     const fraction = dt / this.seconds, { modes, modeCount, rows, rest, low, high } = this, key = this.chains.key;
     const features = new Float64Array(low.length), f = 12 * key;
-    this.#bodyInputs(bodies[0], bodies[1], now, dt, features);
+    bodyInputs(bodies[0], bodies[1], now, this.seconds, dt, this.chains, features);
     const local = intoJoint(now, key, positions[1]).map((value, n) => value - rest[n]);
     const earlier = intoJoint(now, key, positions[0]).map((value, n) => value - rest[n]);
     for (let k = 0; k < modeCount; k++) {
@@ -84,37 +82,6 @@ export class LearnedBones {
     }
     this.#pushOut(now, bones);
     return { bones, out };
-  }
-
-  /** Computes the motion of the body around the key joint; `body_inputs.body_inputs`. */
-  #bodyInputs(before, then, now, dt, inputs) {
-    const h = this.seconds, { key, pivots } = this.chains, f = 12 * key;
-    const places = [before, then, now].map((frames) => jointsOn(frames, pivots));
-    const spins = [spinBetween(before, then, f), spinBetween(then, now, f)];
-    for (let a = 0; a < 3; a++) {
-      let speed = 0, change = 0;
-      for (let c = 0; c < 3; c++) {
-        const velocity = (places[2][3 * key + c] - places[1][3 * key + c]) / dt;
-        const earlier = (places[1][3 * key + c] - places[0][3 * key + c]) / h;
-        speed += now[f + 4 * c + a] * velocity;
-        change += now[f + 4 * c + a] * (velocity - earlier);
-      }
-      inputs[a] = -now[f + 4 + a];
-      inputs[3 + a] = speed, inputs[6 + a] = change;
-      inputs[9 + a] = spins[1][a] / dt;
-      inputs[12 + a] = spins[1][a] / dt - spins[0][a] / h;
-    }
-    INPUT_JOINTS.forEach((joint, k) => {
-      for (let a = 0; a < 3; a++) {
-        let here = 0, there = 0;
-        for (let c = 0; c < 3; c++) {
-          here += (places[2][3 * joint + c] - now[f + 4 * c + 3]) * now[f + 4 * c + a];
-          there += (places[1][3 * joint + c] - then[f + 4 * c + 3]) * then[f + 4 * c + a];
-        }
-        inputs[15 + 3 * k + a] = here - pivots[3 * joint + a];
-        inputs[15 + 3 * (INPUT_JOINTS.length + k) + a] = (here - there) / dt;
-      }
-    });
   }
 
   /** Pushes each bone out of its deepest cone, to its own distance. */
@@ -175,22 +142,3 @@ export class LearnedBones {
 }
 
 const unit = (vector) => vector.map((value) => value / Math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2));
-
-function jointsOn(frames, pivots) {
-  const places = new Float64Array(pivots.length);
-  for (let j = 0; 3 * j < pivots.length; j++) {
-    toWorld(frames, j, pivots[3 * j], pivots[3 * j + 1], pivots[3 * j + 2]);
-    places.set(point, 3 * j);
-  }
-  return places;
-}
-
-/** Returns the sines of the rotation of a joint between two poses, in its own frame. */
-function spinBetween(before, now, f) {
-  const entry = (a, b) => {
-    let sum = 0;
-    for (let c = 0; c < 3; c++) sum += before[f + 4 * c + a] * now[f + 4 * c + b];
-    return sum;
-  };
-  return [[2, 1], [0, 2], [1, 0]].map(([a, b]) => 0.5 * (entry(a, b) - entry(b, a)));
-}

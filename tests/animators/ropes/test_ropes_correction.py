@@ -1,0 +1,141 @@
+"""The correction of the ropes' bones: zero at rest, better than none or silent, in a wind as on a moving body."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from hemline.animators.ropes.bones.body_inputs import (
+    CORRECTION_REST_INPUTS,
+    BodyAtRest,
+    body_inputs,
+    correction_inputs,
+)
+from hemline.animators.ropes.fit.correction import fit_correction
+from hemline.animators.ropes.fit.fit import choose_correction
+from hemline.animators.ropes.fit.training_set import MeshNetworks
+from hemline.learning.mlp import Mlp
+from hemline.motions.quaternions import from_axis_angle, rotate
+from tests.animators.swaying import swaying_frames
+
+from tests.contract.made_models import body, ropes_model, walk  # isort: skip
+
+KEY, H = 9, 1 / 30
+
+
+@pytest.fixture(scope="module")
+def frames():
+    return swaying_frames()
+
+
+def error_mm(frames, correction) -> float:
+    test = frames.test
+    made = frames.rope_bones[test] + correction(frames.rope_bones[test], frames.body[test])
+    return 1e3 * float(np.linalg.norm((made - frames.bones[test]).reshape(len(test), -1, 3), axis=2).mean())
+
+
+def test_what_bones_and_body_tell_is_found_and_carried_bones_stay(frames):
+    """Ropes swing less far than the cloth, and hang aside by what the body does: both are linear."""
+    random = np.random.default_rng(0)
+    aside = 0.02 * random.normal(size=(len(CORRECTION_REST_INPUTS), len(frames.free)))
+    slack = 0.7 * frames.bones - ((frames.body - CORRECTION_REST_INPUTS) @ aside * frames.free).astype(np.float32)
+    off = replace(frames, rope_bones=slack.astype(np.float32))
+    found = fit_correction(off, 30)
+    quiet = found.with_zero_output()
+    blind = replace(found, low=CORRECTION_REST_INPUTS, high=CORRECTION_REST_INPUTS)  # sees no motion of the body
+    assert error_mm(off, found) < 0.35 * error_mm(off, quiet)
+    assert error_mm(off, found) < 0.6 * error_mm(off, blind)
+    assert not found(slack, frames.body)[:, frames.free == 0].any()
+
+
+def test_nothing_is_corrected_at_rest(frames):
+    """Ropes hang 5 cm off in all frames of the training: the drape at rest stays where it is nevertheless."""
+    off = replace(frames, rope_bones=frames.bones - np.float32(0.05) * frames.free)
+    found = fit_correction(off, 20)
+    assert np.abs(found(off.rope_bones[:5], frames.body[:5])).max() > 0.01
+    assert not found(np.zeros(len(frames.free), np.float32), CORRECTION_REST_INPUTS).any()
+
+
+def test_a_body_beyond_the_training_is_corrected_as_at_its_limit(frames):
+    off = replace(frames, rope_bones=0.7 * frames.bones)
+    found = fit_correction(off, 20)
+    wild = np.where(frames.body[0] > 0, 100.0, -100.0)
+    limit = np.where(frames.body[0] > 0, found.high, found.low)
+    assert_array_equal(found(off.rope_bones[0], wild), found(off.rope_bones[0], limit))
+
+
+def test_a_correction_that_is_no_better_on_validation_is_silenced(frames):
+    """Ropes hang 5 cm off: a correction that moves them back is kept, its opposite is disabled."""
+    off = replace(frames, rope_bones=frames.bones - np.float32(0.05) * frames.free)
+    rows, width = frames.displacements.shape[1], len(frames.free)
+    # the mesh is a linear map of the bones, as a network: relu(x) - relu(-x) = x
+    matrix = np.random.default_rng(1).normal(size=(6, width)) / np.sqrt(width)
+    both = np.concatenate([np.eye(width), -np.eye(width)])
+    network = Mlp.from_weights(
+        [both, np.eye(2 * width), np.concatenate([matrix, -matrix], axis=1)],
+        [np.zeros(2 * width), np.zeros(2 * width), np.zeros(6)],
+    )
+    basis = np.linalg.lstsq(network.many(frames.bones), frames.displacements, rcond=None)[0].astype(np.float32)
+    assert basis.shape == (6, rows)
+    mesh = MeshNetworks((network,), basis)
+    good = fit_correction(off, 20)
+    for given, kept in ((good, True), (replace(good, matrix=-good.matrix), False)):
+        found, figures = choose_correction(off, mesh, given)
+        assert (found is given) == kept and found.matrix.any() == kept
+        assert (figures["val_corrected_error_mm"] < figures["val_uncorrected_error_mm"]) == kept
+    blind = replace(off, side=np.zeros_like(off.side))
+    found, figures = choose_correction(blind, mesh, given)
+    assert found is given and not figures
+
+
+def turned(frames, angle: float, shift) -> np.ndarray:
+    turn = from_axis_angle(np.array([0.0, angle, 0.0]))
+    columns = [rotate(turn, frames[..., c]) for c in range(4)]
+    moved = np.stack(columns, axis=-1)
+    moved[..., 3] += shift
+    return moved
+
+
+def test_a_wind_is_seen_as_a_body_that_moves_against_it():
+    """Galilei: air or body may be at rest. A turn of both about the vertical is not seen."""
+    then, now = (body().posed(walk()[k]).transforms.astype(np.float64) for k in (3, 4))
+    at_rest, wind = BodyAtRest(KEY, body().joints.astype(np.float64)), np.array([1.0, 0.5, -2.0])
+    with_wind = correction_inputs(at_rest, then, now, H, tuple(wind))
+    carried = now.copy()
+    carried[..., 3] -= H * wind
+    assert_allclose(with_wind, correction_inputs(at_rest, then, carried, H), atol=1e-9)
+    turn = from_axis_angle(np.array([0.0, 0.8, 0.0]))
+    again = correction_inputs(
+        at_rest, turned(then, 0.8, [3, 0, 1]), turned(now, 0.8, [3, 0, 1]), H, tuple(rotate(turn, wind))
+    )
+    assert_allclose(with_wind, again, atol=1e-9)
+    assert not np.allclose(with_wind, correction_inputs(at_rest, then, now, H))
+
+
+def test_the_inputs_are_those_of_the_learned_bones_that_do_not_depend_on_the_frame_before():
+    frames = [body().posed(walk()[k]).transforms.astype(np.float64) for k in (2, 3, 4)]
+    at_rest = BodyAtRest(KEY, body().joints.astype(np.float64))
+    whole = body_inputs(at_rest, *frames, H, H)
+    seen = correction_inputs(at_rest, *frames[1:], H)
+    assert_allclose(seen[:6], whole[:6], atol=1e-12)
+    assert_allclose(seen[6:9], whole[9:12], atol=1e-12)
+    assert_allclose(seen[9:], whole[15 : 15 + len(seen) - 9], atol=1e-12)
+    still = correction_inputs(at_rest, *[body().posed(body().rest_pose).transforms.astype(np.float64)] * 2, H)
+    assert_allclose(still, CORRECTION_REST_INPUTS, atol=1e-6)
+
+
+def test_a_body_that_is_put_elsewhere_is_seen_as_one_that_stands():
+    """Five metres in a thirtieth of a second are no motion of 150 m/s."""
+    model = ropes_model()
+    first, second = (body().posed(walk()[k]) for k in (3, 4))
+    state = model.start(first)
+    after = model.ropes.step(state.bones.ropes, second, H)
+
+    def shown(before: np.ndarray) -> np.ndarray:
+        return model.source._correct(after, second, state.rest_bones, before, H)
+
+    away = after.frames.copy()
+    away[..., 3] += 5.0
+    assert_array_equal(shown(away), shown(after.frames))
+    assert not np.allclose(shown(state.bones.ropes.frames), shown(after.frames))
