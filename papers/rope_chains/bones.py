@@ -44,9 +44,9 @@ TEST_SECONDS, LATER_FRAMES = 5, 5
 TEXT = """\
 # Bones: ropes, their correction, learned bones, and a second simulation
 
-`python -m papers.rope_chains.bones CLIPS RUNS FOLDER` wrote this page at commit {commit}, on {machine}, one thread. The
-light cape, coarsened to {vertices} vertices, was simulated on {takes} takes ({frames} frames to train on), and on ten
-clips of people who are not among them. Mean distance of the free bones from simulated ones over each clip [mm].
+`python -m papers.rope_chains.bones CLIPS RUNS FOLDER` wrote this page at commit {commit}, on {machine}, one
+thread. The light cape, coarsened to {vertices} vertices, was simulated on {takes} takes ({frames} frames to train on),
+and on ten clips of people who are not among them. Mean distance of the free bones from simulated ones over each clip [mm].
 
 {errors}
 
@@ -57,7 +57,7 @@ The part of it that is constant over the clip [mm]:
 *Ropes*: fitted springs and damping, air and friction of the material. *Corrected by bones*: besides, the linear
 correction with the motion of the body hidden from it. *Corrected*: the correction as fits make it
 (`bones/bone_correction`); its strength is chosen on validation data of the fit. *Learned bones*: the closed loop of
-`bones/learned_bones`, without ropes in reserve where it stays in its range; fitted to the same takes. *Simulated
+`bones/learned_bones`, fitted to the same takes, with the corrected ropes in reserve, as a model plays it. *Simulated
 again*: the simulation itself, started {later} frames later, on the frames that both have. What it differs by is what no
 method can foresee: a method that predicted the mean of many such simulations would still err by about 0.7 times as
 much.

@@ -38,8 +38,8 @@ TEXT = """\
 # Networks from bones to mesh, against a linear map
 
 `python -m papers.rope_chains.networks TRAIN TEST` wrote this page at commit {commit}, on {machine}, one thread.
-Garment: {garment}, {vertices} vertices, {train} frames to train on, {val} that choose the best of {epochs} passes, {test} of
-other people to judge. Mean distance of the vertices from the simulation, driven by simulated bones [mm].
+Garment: {garment}, {vertices} vertices, {train} frames to train on, {val} that choose the best of {epochs} passes,
+{test} of other people to judge. Mean distance of the vertices from the simulation, driven by simulated bones [mm].
 
 {tables}
 
