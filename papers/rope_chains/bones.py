@@ -46,7 +46,8 @@ TEXT = """\
 
 `python -m papers.rope_chains.bones CLIPS RUNS FOLDER` wrote this page at commit {commit}, on {machine}, one
 thread. The light cape, coarsened to {vertices} vertices, was simulated on {takes} takes ({frames} frames to train on),
-and on ten clips of people who are not among them. Mean distance of the free bones from simulated ones over each clip [mm].
+and on ten clips of people who are not among them. Mean distance of the free bones from simulated ones over each clip
+[mm].
 
 {errors}
 
