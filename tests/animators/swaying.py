@@ -36,7 +36,7 @@ def sway(clip: int, frames: int) -> np.ndarray:
 
 
 def swaying_bodies(clip: np.ndarray, frames: int) -> np.ndarray:
-    """What the bone correction sees of the body (frames, 63), by a formula: it turns at its own pace in each clip."""
+    """What the bone correction sees of the body (frames, 60), by a formula: it turns at its own pace in each clip."""
     t = np.tile(np.arange(frames) / 30, len(clip) // frames)
     pace = 1 + 0.3 * (clip % 7)
     waves = np.sin(pace[:, None] * t[:, None] + np.arange(CORRECTION_INPUT_COUNT))

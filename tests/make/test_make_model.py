@@ -8,19 +8,16 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hemline
-from hemline.animators.ropes.config import RopesConfig
 from hemline.cli.main import main
 from hemline.datasets import open_dataset
 from hemline.errors import BadInput, SimulationFailed
 from hemline.files import read_metadata
 from hemline.make import MakeSettings, make_model
-from hemline.make.candidates import shorter_training
 
 GARMENT = "close-skirt:3@50"
 NO_TIME = 0.01
@@ -92,21 +89,14 @@ def test_a_fit_for_which_no_time_is_left_is_left_out_with_the_reason(outcome, tm
     lines = []
     again = make_model(GARMENT, model, MakeSettings(minutes=NO_TIME, seconds=0.7), say=lines.append)
     assert {trial.method for trial in again.trials} == {"skinned", "lag", "swingar", "live"}
-    assert any(re.match("Not compared: ropes needs at least .* for a fit, and 0 s are left", line) for line in lines)
-    assert "ropes needs at least" in again.report.read_text()
+    assert any(re.match("Not compared: ropes needs about .* for a fit, and 0 s are left", line) for line in lines)
+    assert "ropes needs about" in again.report.read_text()
     assert not list((folder / "takes" / "takes").glob("*.safetensors"))
 
 
 def test_a_method_without_time_for_it_ends_with_the_reason(tmp_path):
     with pytest.raises(SimulationFailed, match="no method can play this garment: ropes needs about"):
         make_model(GARMENT, tmp_path / "my.safetensors", MakeSettings(minutes=NO_TIME, seconds=0.7, animator="ropes"))
-
-
-def test_a_short_training_has_fewer_passes_and_is_otherwise_the_same():
-    usual, half = shorter_training(1.0), shorter_training(0.5)
-    assert usual == RopesConfig()
-    assert (half.epochs, half.bones_epochs) == (20, 15)
-    assert replace(half, epochs=40, bones_epochs=30) == usual
 
 
 @pytest.mark.slow

@@ -19,14 +19,12 @@ from hemline.make.plan import (
     ENOUGH_POSES,
     FEWEST_ANCHORS,
     FEWEST_POSES,
-    LEAST_EFFORT,
     MOST_POSES,
     POSE_FRAMES,
     RESERVE,
     DataPlan,
     agentdress_seconds,
     plan_data,
-    ropes_effort,
     ropes_seconds,
 )
 from hemline.make.settings import METHODS, MakeSettings
@@ -116,22 +114,9 @@ def test_a_machine_at_half_the_pace_fits_to_fewer_frames():
     assert ropes_seconds(busy.frames, 2.0) > ropes_seconds(busy.frames, 1.0)
 
 
-def test_training_is_shortened_to_the_time_that_is_left():
-    whole = ropes_seconds(1500, 1.0) / (1 - RESERVE)
-    assert ropes_effort(1500, whole + 1, 1.0) == 1.0
-    efforts = [ropes_effort(1500, part * whole, 1.0) for part in (0.9, 0.8, 0.7, 0.6)]
-    assert efforts == sorted(efforts, reverse=True)
-    for part, effort in zip((0.9, 0.8, 0.7, 0.6), efforts, strict=True):
-        assert LEAST_EFFORT <= effort < 1
-        assert ropes_seconds(1500, 1.0, effort) == pytest.approx((1 - RESERVE) * part * whole)
-    assert ropes_effort(1500, 0.3 * whole, 1.0) == 0.0
-    assert ropes_effort(1500, whole, 5.0) == 0.0
-    assert ropes_effort(1500, -1.0, 1.0) == 0.0
-    assert ropes_effort(0, -1.0, 1.0) == 0.0
-
-
 def test_a_fit_to_more_takes_longer():
-    assert ropes_seconds(2000, 1.0) > ropes_seconds(1000, 1.0) > ropes_seconds(1000, 1.0, 0.5) > 0
+    assert ropes_seconds(2000, 1.0) > ropes_seconds(1000, 1.0) > 0
+    assert 30 < ropes_seconds(1000, 1.0) < 60  # measured: 25 to 53 s for 800 to 1000 frames, beside other programs
     assert agentdress_seconds(150, 1.0) == pytest.approx(15, abs=4)  # measured: 12 to 15 s
 
 

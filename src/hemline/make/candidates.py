@@ -2,7 +2,6 @@
 
 import shutil
 from collections.abc import Callable
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,10 @@ from hemline.garments import Garment
 
 from .settings import FITTED, METHODS
 from .work_folder import WorkFolder
+
+ROPES = RopesConfig(bones="ropes", epochs=1)
+"""Options of rope chains. On the frames of a run the bones are better than learned ones, and networks from bones to
+mesh do not improve on the linear map that they begin as, so time goes into frames instead."""
 
 
 def suitable_methods(animator: str, body: Body) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -46,7 +49,6 @@ def make_candidate(
     body: ShapedBody,
     seed: int,
     progress: Progress,
-    effort: float = 1.0,
 ) -> tuple[Animator, Path]:
     """Returns the animator of a method, and its model file, which is made if it does not exist.
 
@@ -57,7 +59,6 @@ def make_candidate(
         body: The body of the garment in its mean shape.
         seed: Seed of the fit.
         progress: Called with the stage, the steps done and the total number of steps.
-        effort: Fraction of the usual passes over the training set of rope chains.
 
     Raises:
         HemlineError: The method cannot be fitted to this garment; the message says why.
@@ -67,7 +68,7 @@ def make_candidate(
         path.parent.mkdir(exist_ok=True)
         if method in FITTED:
             data = open_dataset(work.folder / ("takes" if method == "ropes" else "drapes"))
-            config = shorter_training(effort) if method == "ropes" else None
+            config = ROPES if method == "ropes" else None
             checkpoints = path.with_suffix(".fitting")
             made: Any = animators.fit(data, method, config, seed=seed, progress=progress, checkpoints=checkpoints)
         else:
@@ -81,13 +82,6 @@ def make_candidate(
 def candidate_path(work: WorkFolder, method: str) -> Path:
     """Returns the model file of a method."""
     return work.folder / "candidates" / f"{method}.safetensors"
-
-
-def shorter_training(effort: float) -> RopesConfig:
-    """Returns options of rope chains with a fraction of the usual passes over the training set."""
-    usual = RopesConfig()
-    passes = {name: max(1, round(effort * getattr(usual, name))) for name in ("epochs", "bones_epochs")}
-    return replace(usual, **passes)
 
 
 def remove_candidates(work: WorkFolder) -> None:

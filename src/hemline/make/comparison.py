@@ -9,7 +9,7 @@ from hemline.metrics import model_mb
 from .candidates import candidate_path, make_candidate, remove_unfinished, try_candidate
 from .clock import OutOfTime, time_text
 from .job import Job
-from .plan import LEAST_EFFORT, REPORT_S, TRIAL_S, agentdress_seconds, ropes_effort, ropes_seconds
+from .plan import REPORT_S, TRIAL_S, agentdress_seconds, ropes_seconds
 from .settings import FITTED, METHODS, UNFITTED
 from .slowness import measure_slowness
 from .trial import Played, Trial, run_trial
@@ -73,22 +73,17 @@ class Comparison:
         left_s, now = clock.remaining_s - self.later_s((method,)), measure_slowness()
         data = open_dataset(job.work.folder / ("takes" if method == "ropes" else "drapes"))
         if method == "ropes":
-            frames = sum(row.clip_frames for row in data.clips())
-            effort = job.work.state.get("effort") or ropes_effort(frames, left_s, now)
-            least = ropes_seconds(frames, now, LEAST_EFFORT)
-            expected = ropes_seconds(frames, now, effort)
+            needed_s = ropes_seconds(sum(row.clip_frames for row in data.clips()), now)
         else:
-            effort = 1.0
-            least = expected = agentdress_seconds(len(data.rows()), now)
-        if effort == 0.0 or left_s < least:
+            needed_s = agentdress_seconds(len(data.rows()), now)
+        if left_s < needed_s:
             self._leave_out(
-                f"{method} needs at least {time_text(least)} for a fit, and {time_text(max(0, left_s))} are left."
+                f"{method} needs about {time_text(needed_s)} for a fit, and {time_text(max(0, left_s))} are left."
             )
             return
-        job.work.note(effort=effort)
-        clock.begin(f"fitting and comparing {method}", expected + self.trial_s)
+        clock.begin(f"fitting and comparing {method}", needed_s + self.trial_s)
         try:
-            self._compare(method, clock.stop_late(job.progress, left_s), effort)
+            self._compare(method, clock.stop_late(job.progress, left_s))
         except OutOfTime:
             remove_unfinished(job.work, method)
             self._leave_out(f"{method} was not fitted within {time_text(left_s)}; give the run more --minutes.")
@@ -97,11 +92,11 @@ class Comparison:
         self.late.append(reason)
         self.job.clock.say(f"Not compared: {reason}")
 
-    def _compare(self, method: str, progress: Progress, effort: float = 1.0) -> None:
+    def _compare(self, method: str, progress: Progress) -> None:
         """Makes the model of a method and plays it."""
         job = self.job
         made = try_candidate(
-            lambda: make_candidate(method, job.work, job.garment, job.body, job.settings.seed, progress, effort)
+            lambda: make_candidate(method, job.work, job.garment, job.body, job.settings.seed, progress)
         )
         if isinstance(made, str):
             self.failed.append(Trial(method, failed=made))

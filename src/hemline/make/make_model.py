@@ -22,7 +22,7 @@ from .clock import Clock
 from .comparison import Comparison
 from .data_mesh import DataMesh
 from .job import Job
-from .plan import LEAST_EFFORT, RESERVE, DataPlan, agentdress_seconds, plan_data, ropes_seconds
+from .plan import RESERVE, DataPlan, agentdress_seconds, plan_data, ropes_seconds
 from .regions import Regions
 from .report import Report, write_report
 from .settings import MakeSettings
@@ -165,7 +165,7 @@ def _begin(job: Job) -> tuple[tuple[str, ...], tuple[str, ...]]:
     asked = {"minutes": settings.minutes, "animator": settings.animator, "seed": settings.seed, "version": VERSION}
     if work.state.get("asked") != asked:
         remove_candidates(work)
-        work.note(asked=asked, plan=None, effort=None)
+        work.note(asked=asked, plan=None)
     return suitable_methods(settings.animator, job.body.body)
 
 
@@ -207,5 +207,5 @@ def _plan(
 def _fits(plan: DataPlan) -> float:
     """Returns the least time that the fits of a plan take now [s]."""
     now = measure_slowness()
-    ropes = ropes_seconds(plan.frames, now, LEAST_EFFORT) if plan.frames else 0.0
+    ropes = ropes_seconds(plan.frames, now) if plan.frames else 0.0
     return (ropes + agentdress_seconds(plan.drapes, now)) / (1 - RESERVE)

@@ -8,16 +8,14 @@ from .clock import time_text
 DRAPE_FRAMES, BODY_FRAMES, DERIVATIVE_FRAMES, POSE_FRAMES = 25.0, 135.0, 45.0, 9.0
 """Cost of settling the garment in a pose, of settling it at rest on one more body, of its derivatives by all joints,
 and of a pose of a tour, in simulated frames of the same garment."""
-ROPES_START_S, ROPES_FRAME_S, ROPES_TRAINED_FRAME_S = 20.0, 0.045, 0.075
-"""Time of a fit of rope chains: at the start, for each frame, and for the training on each frame [s], at slowness 1."""
+ROPES_START_S, ROPES_FRAME_S = 15.0, 0.035
+"""Time of a fit of rope chains, at the start and for each frame, at slowness 1 [s]."""
 AGENTDRESS_DRAPE_S = 0.12
 """Time that the fit of AgentDress takes for each drape, at slowness 1 [s]."""
 TRIAL_S, REPORT_S = 20.0, 25.0
 """Time of playing one method on the clip that is kept back, and of writing the report, at slowness 1 [s]."""
 RESERVE = 0.15
 """Fraction of the time that is not planned, since other programs may slow the machine down."""
-LEAST_EFFORT = 0.2
-"""Fraction of the usual passes over the training set below which rope chains are not fitted."""
 LEAST_HANGING, LEAST_CLOSE = 0.15, 0.4
 """Fraction of a garment's area that must hang for rope chains, and lie close for AgentDress."""
 FEWEST_FRAMES = 150
@@ -100,33 +98,14 @@ class DataPlan:
         return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in entries.items()})
 
 
-def ropes_seconds(frames: int, slowness: float, effort: float = 1.0) -> float:
-    """Returns the time that a fit of rope chains takes [s].
-
-    Args:
-        frames: Number of frames.
-        slowness: Slowness of this machine, see `measure_slowness`.
-        effort: Fraction of the usual passes over the training set.
-    """
-    return slowness * (ROPES_START_S + frames * (ROPES_FRAME_S + effort * ROPES_TRAINED_FRAME_S))
+def ropes_seconds(frames: int, slowness: float) -> float:
+    """Returns the time that a fit of rope chains to so many frames takes [s], at this slowness."""
+    return slowness * (ROPES_START_S + frames * ROPES_FRAME_S)
 
 
 def agentdress_seconds(drapes: int, slowness: float) -> float:
     """Returns the time that a fit of AgentDress to so many drapes takes [s], at this slowness."""
     return slowness * AGENTDRESS_DRAPE_S * drapes
-
-
-def ropes_effort(frames: int, seconds_left: float, slowness: float) -> float:
-    """Returns the fraction of the usual passes for which there is time, at most 1; 0 if it is below `LEAST_EFFORT`.
-
-    Args:
-        frames: Number of frames.
-        seconds_left: Time left for the fit [s].
-        slowness: Slowness of this machine, see `measure_slowness`.
-    """
-    for_training = (1 - RESERVE) * seconds_left - ropes_seconds(frames, slowness, 0.0)
-    effort = for_training / (slowness * max(1, frames) * ROPES_TRAINED_FRAME_S)
-    return min(1.0, effort) if effort >= LEAST_EFFORT else 0.0
 
 
 def _t_pose_frames(jobs: int, anchors: int) -> float:
@@ -172,7 +151,7 @@ def plan_data(
             f"agentdress is for cloth that lies close, and {100 * (1 - hanging):.0f} % of this garment does."
         )
     budget = max(0.0, seconds_left) * (1 - RESERVE)
-    frame_cost = frame_s / jobs + slowness * (ROPES_FRAME_S + ROPES_TRAINED_FRAME_S)
+    frame_cost = frame_s / jobs + slowness * ROPES_FRAME_S
     drape_s = frame_s * DRAPE_FRAMES / jobs + slowness * AGENTDRESS_DRAPE_S
     random_s = drape_s + frame_s * BODY_FRAMES / jobs
 

@@ -18,10 +18,9 @@ REST_INPUTS = np.zeros(BODY_INPUT_COUNT, np.float32)
 REST_INPUTS[1] = -1
 
 
-_CHANGES = (6, 7, 8, 12, 13, 14)
-CORRECTION_INPUTS = np.array([k for k in range(15 + 3 * len(INPUT_JOINTS)) if k not in _CHANGES])
-"""Those of `body_inputs` that the correction of the ropes' bones sees: neither changes nor velocities of joints, which
-depend on the frame rate or add nothing."""
+CORRECTION_INPUTS = np.r_[:6, 15 : 15 + 3 * len(INPUT_JOINTS)]
+"""Those of `body_inputs` that the correction of the ropes' bones sees. The rate of rotation brings the noise of motion
+capture into the cloth, changes depend on the frame rate, and velocities of joints add nothing."""
 CORRECTION_INPUT_COUNT = len(CORRECTION_INPUTS)
 CORRECTION_REST_INPUTS = REST_INPUTS[CORRECTION_INPUTS]
 """These inputs from a body that stands still in its rest pose."""
@@ -103,8 +102,8 @@ def correction_inputs(
         wind: Velocity of the air in the world [m/s].
 
     Returns:
-        In the frame of the key joint: the direction of gravity; the velocity of the joint through the air [m/s]; its
-        rate of rotation (sines of small angles) [1/s]; displacements from rest of the joints `INPUT_JOINTS` [m].
+        In the frame of the key joint: the direction of gravity; the velocity of the joint through the air [m/s];
+        displacements from rest of the joints `INPUT_JOINTS` [m].
     """
     found = body_inputs(rest, then, then, now, dt, dt)[..., CORRECTION_INPUTS]
     turn = now[..., rest.key, :, :3]

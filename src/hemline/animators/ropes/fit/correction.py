@@ -10,7 +10,7 @@ from hemline.learning.ridge import ridge_through_zero
 
 from .frames import KeyFrames
 
-NOISE = (0.4, 0.2, 0.6)
+NOISE = (0.4, 0.2, 0.8)
 """Noise on the inputs that is tried, relative to the deviation of each; the first is used without validation data."""
 SMALLEST_DEVIATION = 1e-3
 """Smallest deviation of an input, for inputs that hardly vary."""

@@ -4,11 +4,11 @@ import { point, toWorld } from "hemline/joint_frames.js";
 
 const UNUSED_JOINTS = [10, 11, 12, 15, 22, 23]; // feet, neck, head, hands
 const INPUT_JOINTS = Array.from({ length: 24 }, (_, joint) => joint).filter((joint) => !UNUSED_JOINTS.includes(joint));
-const CHANGES = [6, 7, 8, 12, 13, 14], VELOCITY = 3;
+const VELOCITY = 3, JOINTS = 15;
 export const COUNT = 15 + 6 * INPUT_JOINTS.length;
-const CORRECTION_COUNT = 15 + 3 * INPUT_JOINTS.length;
+const JOINTS_END = JOINTS + 3 * INPUT_JOINTS.length;
 /** Inputs of the bone correction from a body that stands still: gravity points down. */
-export const REST_INPUTS = new Float64Array(CORRECTION_COUNT - CHANGES.length);
+export const REST_INPUTS = new Float64Array(6 + JOINTS_END - JOINTS);
 REST_INPUTS[1] = -1;
 
 /** Writes the inputs of the learned bones from three poses, `dtBefore` and `dt` apart [s]. */
@@ -47,7 +47,7 @@ export function correctionInputs(then, now, dt, chains) {
   const all = new Float64Array(COUNT), f = 12 * chains.key, { wind } = chains.constants;
   bodyInputs(then, then, now, dt, dt, chains, all);
   for (let a = 0; a < 3; a++) for (let c = 0; c < 3; c++) all[VELOCITY + a] -= now[f + 4 * c + a] * wind[c];
-  return all.slice(0, CORRECTION_COUNT).filter((_, i) => !CHANGES.includes(i));
+  return Float64Array.of(...all.subarray(0, 6), ...all.subarray(JOINTS, JOINTS_END));
 }
 
 /** Returns the joints on a posed body. */
