@@ -8,6 +8,7 @@ import pytest
 import hemline
 from hemline import web
 from hemline.collide import inside
+from hemline.learning.mlp import Mlp
 from hemline.meshes import rest_lengths, vertex_normals
 from hemline.playback import play
 from tests.web.web_pages import farthest_mm, opened, played
@@ -25,11 +26,14 @@ def with_constants(model, **changed):
 
 
 def made() -> dict:
-    """Every way that a page knows: contact, tensions, springs; ropes, learned bones, the change between them."""
+    """Every way that a page knows: contact, tensions, springs; ropes, learned bones, the change between them; maps."""
     ropes, shirt = ropes_model(), agentdress_model()
     blended = replace(shirt, config=replace(shirt.config, shape_model="blended"))
+    inputs, modes = 3 * ropes.ropes.node_count, ropes.skinning_basis.mode_count
+    matrix = np.random.default_rng(4).normal(size=(modes, inputs)) / np.sqrt(inputs)
     return {
         "ropes": ropes,
+        "linear": replace(ropes, skinning=Mlp.from_weights([matrix], [np.zeros(modes)])),
         "windy": with_constants(ropes, wind=(1.0, 0.0, -3.0), rest_angle=20.0, friction=1.0),
         "swept": with_constants(ropes, tension_sweeps=6, impulse_sweeps=6, position_update="project"),
         "back along the path": with_constants(ropes, position_push="history", velocity_push="history"),

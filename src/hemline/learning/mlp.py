@@ -14,12 +14,12 @@ from hemline.files.contents import AGAIN, array_of
 from .mlp_kernels import HALF_SCALE, SMALLEST_HALF, layer
 
 LAYERS = 3
-"""Two hidden layers and the output."""
+"""Number of layers of a network: two hidden layers and the output. A linear map has one."""
 
 
 @dataclass(frozen=True)
 class Mlp:
-    r"""$y = W_3\,\mathrm{relu}(W_2\,\mathrm{relu}(W_1 x + b_1) + b_2) + b_3$.
+    r"""$y = W_3\,\mathrm{relu}(W_2\,\mathrm{relu}(W_1 x + b_1) + b_2) + b_3$, or with one layer $y = W_1 x + b_1$.
 
     Weights hold values that float16 can hold, so that saving and loading changes no bit.
     """
@@ -51,7 +51,7 @@ class Mlp:
         value = inputs
         for i, ((bits, scale), biases) in enumerate(zip(self._half_weights, self.biases, strict=True)):
             outputs = np.empty(len(biases), np.float32)
-            layer(bits, scale, biases, value, i < LAYERS - 1, outputs)
+            layer(bits, scale, biases, value, i < len(self.weights) - 1, outputs)
             value = outputs
         return value
 
@@ -60,7 +60,7 @@ class Mlp:
         value = np.asarray(inputs, np.float32)
         for i, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
             value = value @ weights.T + biases
-            value = np.maximum(value, 0) if i < LAYERS - 1 else value
+            value = np.maximum(value, 0) if i < len(self.weights) - 1 else value
         return value
 
     def with_zero_at(self, inputs: Float[np.ndarray, " ins"]) -> "Mlp":
@@ -73,7 +73,7 @@ class Mlp:
         return replace(self, weights=(*self.weights[:-1], last), biases=(*self.biases[:-1], shift))
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Returns the arrays of a model file: `weight0..2` float16, `bias0..2` float32."""
+        """Returns the arrays of a model file: `weight0..2` float16, `bias0..2` float32, or those of the only layer."""
         halves = {f"weight{i}": weights.astype(np.float16) for i, weights in enumerate(self.weights)}
         return halves | {f"bias{i}": biases for i, biases in enumerate(self.biases)}
 
@@ -90,8 +90,9 @@ class Mlp:
             BadModel: An array is missing, or its type or shape does not fit the layers beside it.
         """
         weights, biases, width = [], [], inputs
-        for i in range(LAYERS):
-            weight = array_of(arrays, f"weight{i}", "float16", (outputs if i == LAYERS - 1 else None, width))
+        layers = LAYERS if any(f"{name}{i}" in arrays for name in ("weight", "bias") for i in range(1, LAYERS)) else 1
+        for i in range(layers):
+            weight = array_of(arrays, f"weight{i}", "float16", (outputs if i == layers - 1 else None, width))
             width = len(weight)
             weights.append(weight.astype(np.float32))
             biases.append(array_of(arrays, f"bias{i}", "float32", (width,)))

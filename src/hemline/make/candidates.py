@@ -2,7 +2,6 @@
 
 import shutil
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,9 @@ from hemline.garments import Garment
 from .settings import FITTED, METHODS
 from .work_folder import WorkFolder
 
-ROPES = RopesConfig(bones="ropes", epochs=1)
+ROPES = RopesConfig(bones="ropes", epochs=0)
 """Options of rope chains. On the frames of a run the bones are better than learned ones, and networks from bones to
-mesh do not improve on the linear map that they begin as, so time goes into frames instead."""
+mesh do not improve on a linear map, so time goes into frames instead."""
 
 
 def suitable_methods(animator: str, body: Body) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -30,9 +29,6 @@ def suitable_methods(animator: str, body: Body) -> tuple[tuple[str, ...], tuple[
         body: The body.
     """
     methods, left_out = list(METHODS), []
-    if find_spec("torch") is None:
-        methods.remove("ropes")
-        left_out.append("ropes needs PyTorch, which is not installed: pip install 'hemline[learn]'.")
     if not len(body.shapedirs):
         methods.remove("agentdress")
         left_out.append(f"agentdress needs a body of many shapes, and '{body.name}' has one.")

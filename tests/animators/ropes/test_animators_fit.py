@@ -1,5 +1,7 @@
 """A whole fit, from a dataset on disk to a model that plays: a cape that trails its key joint by a formula."""
 
+import importlib.util
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -334,3 +336,20 @@ def test_without_torch_it_says_how_to_get_it(dataset, monkeypatch):
     )
     with pytest.raises(MissingExtra, match=r"needs torch; it is not installed; run: pip install 'hemline\[learn\]'"):
         fit(dataset, TINY)
+
+
+def test_linear_maps_and_ropes_need_no_torch(dataset, monkeypatch, tmp_path):
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *rest: None if name == "torch" else found(name, *rest)
+    )
+    for module in ("torch", "hemline.animators.ropes.fit.networks", "hemline.animators.ropes.fit.rollouts"):
+        monkeypatch.setitem(sys.modules, module, None)
+    model = fit(dataset, replace(TINY, bones="ropes", epochs=0))
+    model.save(tmp_path / "linear.safetensors")
+    back = animators.load(tmp_path / "linear.safetensors")
+    assert len(back.skinning.weights) == len(back.shape.weights) == 1 and back.learned is None
+    moved = np.random.default_rng(0).normal(0, 0.1, 3 * model.ropes.node_count).astype(np.float32)
+    np.testing.assert_array_equal(back.skinning(moved), model.skinning(moved))
+    np.testing.assert_allclose(back.skinning(moved), back.skinning.many(moved[None])[0], atol=1e-5)
+    assert model.figures["test_error_mm"] < 2 * model.figures["test_ridge_mm"] + 1

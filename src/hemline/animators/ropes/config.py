@@ -36,8 +36,9 @@ class RopesConfig:
     """Number of modes of the skinning basis that are stored with 16 bits instead of 8."""
     hidden: int = positive(500)
     """Number of neurons in each of the two hidden layers of the skinning and shape networks."""
-    epochs: int = positive(40)
-    """Number of passes over the training set for the skinning network and for the shape network."""
+    epochs: int = not_negative(40)
+    """Number of passes over the training set for the skinning network and for the shape network.
+    With 0 both are linear maps, and with --bones ropes the fit needs no PyTorch."""
     batch: int = positive(128)
     """Number of frames per optimiser step."""
     skinning_rate: float = not_negative(1e-4)

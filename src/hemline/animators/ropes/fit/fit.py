@@ -71,9 +71,9 @@ def fit(
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Sections 7 to 9. Differs: see `learn.learn` and `networks.train_network`.
     """
-    if importlib.util.find_spec("torch") is None:
-        raise MissingExtra("torch", "learn", "fitting rope chains")
     config = config or RopesConfig()
+    if (config.epochs or config.bones != "ropes" or config.gradient_steps) and not importlib.util.find_spec("torch"):
+        raise MissingExtra("torch", "learn", "fitting rope chains (but for --epochs 0 --bones ropes)")
     garment = dataset.garment
     source = TakeFrames.of(dataset)
     shaped = dataset.body.shaped(garment.body_betas)

@@ -7,7 +7,6 @@ import numpy as np
 
 from hemline.animators.base import Progress
 from hemline.animators.ropes.config import RopesConfig
-from hemline.errors import MissingExtra
 from hemline.files import content_hash
 from hemline.learning.collision import Clearances
 from hemline.learning.mlp import Mlp
@@ -17,7 +16,7 @@ from hemline.learning.pca import Pca, principal_of_map
 from .basis_network import BasisNetwork, project_frames
 from .fit_figures import fit_figures
 from .frames import KeyFrames
-from .linear import LinearMap
+from .linear import LinearMap, linear_network
 from .training_set import CollisionTerm, MeshNetworks, TrainingSet
 
 
@@ -47,7 +46,7 @@ def learn(
     progress: Progress | None = None,
     folder: Path | None = None,
 ) -> Learned:
-    """Fits both bases and both networks.
+    """Fits both bases and both networks. Where no network is better than a linear map, that is kept instead.
 
     Args:
         frames: Displacements, bones and the split.
@@ -63,7 +62,6 @@ def learn(
     Raises:
         BadDataset: No frame moves.
         BadModel: The training diverged.
-        MissingExtra: torch is not installed.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Sections 7 and 8. Differs: a basis spans the output of a linear map from the bones to the
@@ -100,10 +98,6 @@ def _train_stage(
     report: Progress,
     folder: Path | None,
 ) -> BasisNetwork:
-    try:
-        from .networks import train_network
-    except ModuleNotFoundError as reason:
-        raise MissingExtra("torch", "learn", "fitting rope chains") from reason
     basis = pack_basis(pca.basis, pca.deviations, extra=extra)
     training = TrainingSet(
         stage=name,
@@ -118,14 +112,19 @@ def _train_stage(
     vectors = basis.unpack()
     earlier = (before.coefficients, before.vectors) if before else None
     contact = CollisionTerm(vectors, frames.displacements, earlier, clearances) if clearances else None
-    network = train_network(
-        training,
-        contact,
-        config,
-        rate=rate,
-        seed=seed,
-        mark=mark,
-        folder=folder,
-        progress=lambda done, total: report(f"{name} network", done, total),
-    )
+    network = linear_network(training, config.bone_noise)
+    if config.epochs:
+        from .networks import train_network
+
+        trained = train_network(
+            training,
+            contact,
+            config,
+            rate=rate,
+            seed=seed,
+            mark=mark,
+            folder=folder,
+            progress=lambda done, total: report(f"{name} network", done, total),
+        )
+        network = trained or network
     return BasisNetwork(pca, basis, network, network.many(frames.bones))

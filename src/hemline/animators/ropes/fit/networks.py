@@ -8,12 +8,16 @@ import torch
 
 from hemline.animators.ropes.config import RopesConfig
 from hemline.learning.collision import collision_loss
-from hemline.learning.fit.batches import SMALLEST_DEVIATION, sample_vertices, with_noise
+from hemline.learning.fit.batches import sample_vertices, with_noise
 from hemline.learning.fit.network import ScaledNetwork
 from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer
 from hemline.learning.mlp import Mlp
 
+from .linear import noise_on_bones
 from .training_set import CollisionTerm, TrainingSet
+
+LEAST_GAIN = 0.04
+"""Relative fall of the validation loss, a square of errors, from which on a network is kept."""
 
 
 def train_network(
@@ -26,8 +30,8 @@ def train_network(
     mark: str,
     progress: Callable[[int, int], None],
     folder: Path | None,
-) -> Mlp:
-    r"""Fits a network of two hidden layers.
+) -> Mlp | None:
+    r"""Fits a network of two hidden layers, if one is better than a linear map.
 
     The data term is the mean square distance of the vertices. With an orthonormal basis it equals, up to a constant,
     that of the coefficients, $\sum_k (c_k - c^*_k)^2 / V$, at a hundredth of the cost.
@@ -43,7 +47,8 @@ def train_network(
         folder: Where the checkpoint is saved; None: nowhere.
 
     Returns:
-        The network, with the scales of inputs and outputs folded in.
+        The network, with the scales of inputs and outputs folded in. Returns None if no pass lowers the validation loss
+        of the linear map by `LEAST_GAIN`.
 
     Raises:
         BadModel: The loss is no longer finite.
@@ -59,7 +64,10 @@ def train_network(
     checkpoint = (
         Checkpoint(folder / f"{training.stage}.safetensors", mark, config.checkpoint_epochs) if folder else None
     )
-    Trainer(objective, schedule).run(checkpoint=checkpoint, progress=progress)
+    trainer = Trainer(objective, schedule)
+    trainer.run(checkpoint=checkpoint, progress=progress)
+    if min(trainer.losses) > (1 - LEAST_GAIN) * trainer.losses[0]:
+        return None
     return objective.network.to_mlp()
 
 
@@ -72,7 +80,7 @@ class CoefficientObjective:
         deviations = np.maximum(training.deviations, 1e-6).astype(np.float32)
         trained = training.bones[training.train]
         self.network = ScaledNetwork(trained, deviations, hidden=config.hidden, seed=seed)
-        noise = np.where(training.free > 0, config.bone_noise, SMALLEST_DEVIATION)
+        noise = noise_on_bones(training.free, config.bone_noise)
         self.network.start_linear(trained, training.coefficients[training.train], noise)
 
     @property

@@ -4,11 +4,11 @@ import { intoColumns } from "hemline/kernels.js";
 
 const TILE = 16, ROWS = 32;
 
-/** y = W3 relu(W2 relu(W1 x + b1) + b2) + b3. */
+/** y = W3 relu(W2 relu(W1 x + b1) + b2) + b3, or with one layer y = W1 x + b1. */
 export class Mlp {
   constructor(arrays, kernels) {
     this.kernels = kernels;
-    this.layers = [0, 1, 2].map((i) => {
+    this.layers = (arrays.weight1 ? [0, 1, 2] : [0]).map((i) => {
       const weights = arrays[`weight${i}`], [outs, ins] = weights.shape, tiles = Math.ceil(outs / TILE);
       const packed = kernels.floats(tiles * ins * TILE), biases = kernels.floats(tiles * TILE);
       biases.set(arrays[`bias${i}`]);
@@ -27,14 +27,14 @@ export class Mlp {
     this.inputs.set(inputs);
     let value = this.inputs;
     this.layers.forEach(({ packed, biases, ins, tiles, outputs }, i) => {
-      const rectified = i < 2 ? 1 : 0;
+      const rectified = i < this.layers.length - 1 ? 1 : 0;
       this.kernels.layer(
         packed.byteOffset, biases.byteOffset, value.byteOffset, ins, tiles, rectified, this.live.byteOffset,
         outputs.byteOffset,
       );
       value = outputs;
     });
-    return value.subarray(0, this.layers[2].outs);
+    return value.subarray(0, this.layers.at(-1).outs);
   }
 }
 
