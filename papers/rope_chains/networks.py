@@ -173,7 +173,7 @@ def main() -> None:
         for row in other.clips():
             yield other.take(row), 2
 
-    tables, counts = [], []
+    tables: list[str] = []
     for name, (chains, bones) in LAYOUTS.items():
         ropes = build_ropes(garment, body, rest=rest, chain_count=chains, bone_counts=bones)
         frames = gather_frames(ropes, takes(), body, rest)
@@ -181,18 +181,18 @@ def main() -> None:
         free = np.repeat(ropes.parents >= 0, 3).astype(np.float32)
         tables.append(f"Layout: {name}, {ropes.node_count} bones.\n\n{table(frames, compare(frames, free))}")
         print(tables[-1], flush=True)
-    page = TEXT.format(
-        commit=commit(),
-        machine=machine(),
-        garment=garment.name,
-        vertices=len(garment.vertices),
-        train=counts[0],
-        val=counts[1],
-        test=counts[2],
-        epochs=EPOCHS,
-        tables="\n\n".join(tables),
-    )
-    PAGE.write_text(page)
+        page = TEXT.format(
+            commit=commit(),
+            machine=machine(),
+            garment=garment.name,
+            vertices=len(garment.vertices),
+            train=counts[0],
+            val=counts[1],
+            test=counts[2],
+            epochs=EPOCHS,
+            tables="\n\n".join(tables),
+        )
+        PAGE.write_text(page)  # after each layout, since one takes twenty minutes
 
 
 if __name__ == "__main__":
