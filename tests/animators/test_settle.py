@@ -104,7 +104,7 @@ def test_one_garment_with_a_few_tangles_is_played_and_it_is_said(monkeypatch, sh
     monkeypatch.setattr(settle, "rest_state", rest_state)
     with pytest.warns(HemlineWarning, match="goes through itself at rest; got 0.0 % of its edges"):
         rest = settle_garment(coarse, shaped)
-    assert limits == [None, settle.MOST_CROSSING]
+    assert limits == [None, settle.MOST_CROSSING_WORN]
     assert not inside(shaped.vertices, shaped.body.faces, rest.astype(np.float32)).any()
 
 

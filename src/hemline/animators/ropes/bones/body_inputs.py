@@ -19,8 +19,8 @@ REST_INPUTS[1] = -1
 
 
 CORRECTION_INPUTS = np.r_[:6, 15 : 15 + 3 * len(INPUT_JOINTS)]
-"""Those of `body_inputs` that the correction of the ropes' bones sees. The rate of rotation brings the noise of motion
-capture into the cloth, changes depend on the frame rate, and velocities of joints add nothing."""
+"""Indices of the inputs among those of `body_inputs` that the correction of the ropes' bones sees: gravity, velocity
+and joints. The rate of rotation is not among them, since it brings the noise of motion capture into the cloth."""
 CORRECTION_INPUT_COUNT = len(CORRECTION_INPUTS)
 CORRECTION_REST_INPUTS = REST_INPUTS[CORRECTION_INPUTS]
 """These inputs from a body that stands still in its rest pose."""
