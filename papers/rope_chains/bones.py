@@ -60,8 +60,8 @@ correction with the motion of the body hidden from it. *Corrected*: the correcti
 (`bones/bone_correction`); its strength is chosen on validation data of the fit. *Learned bones*: the closed loop of
 `bones/learned_bones`, fitted to the same takes, with the corrected ropes in reserve, as a model plays it. *Simulated
 again*: the simulation itself, started {later} frames later, on the frames that both have. Part of each error is
-therefore chance: a method that predicted the mean of many such simulations would still err by about 0.7 times this row, if they
-scatter like normal numbers.
+therefore chance: a method that predicted the mean of many such simulations would still err by about 0.7 times this row,
+if they scatter like normal numbers.
 
 Fit: springs and damping {ropes_s:.0f} s, correction {correction_s:.1f} s, learned bones {learned_s:.0f} s.
 """
