@@ -10,7 +10,6 @@ from hemline.learning.fit.network import (  # noqa: E402
     SMALLEST_DEVIATION,
     ScaledNetwork,
     deviations_of,
-    layers_of,
     random_layers,
     through,
 )
@@ -80,5 +79,6 @@ def test_weights_are_drawn_within_their_bound_by_the_seed():
 def test_layers_of_what_plays_compute_what_it_plays():
     network, inputs = made()
     plays = network.to_mlp()
-    found = through(layers_of(plays), torch.from_numpy(inputs)).numpy()
+    layers = [tuple(map(torch.from_numpy, each)) for each in zip(plays.weights, plays.biases, strict=True)]
+    found = through(layers, torch.from_numpy(inputs)).numpy()
     np.testing.assert_allclose(found, plays.many(inputs), atol=1e-5)

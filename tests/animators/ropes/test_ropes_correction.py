@@ -138,3 +138,15 @@ def test_a_body_that_is_put_elsewhere_is_seen_as_one_that_stands():
     away[..., 3] += 5.0
     assert_array_equal(shown(away), shown(after.frames))
     assert not np.allclose(shown(state.bones.ropes.frames), shown(after.frames))
+
+
+def test_playing_sees_the_body_as_the_fit_does():
+    """The kernel of a step, and the NumPy of the fit, in a wind."""
+    model = ropes_model()
+    ropes = model.ropes.with_constants(replace(model.ropes.constants, wind=(1.0, -0.5, 2.0)))
+    source, (first, second) = replace(model.source, ropes=ropes), (body().posed(walk()[k]) for k in (3, 4))
+    before = ropes.start(first)
+    after = ropes.step(before, second, H)
+    at_rest = BodyAtRest(ropes.key_index, after.pivots)
+    expected = correction_inputs(at_rest, before.frames, after.frames, H, (1.0, -0.5, 2.0))
+    assert_allclose(source._body_inputs(after, before.frames, H), expected, atol=1e-12)

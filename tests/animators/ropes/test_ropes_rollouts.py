@@ -122,10 +122,10 @@ def played(network, clip: int, frames: int = FRAMES) -> tuple[np.ndarray, np.nda
 
 def test_what_plays_is_what_was_trained(data, network):
     from hemline.animators.ropes.fit.rollouts import RolloutObjective
-    from hemline.learning.fit.network import layers_of, through
+    from hemline.learning.fit.network import through
 
     objective = RolloutObjective(data, np.eye(3 * len(REST), dtype=np.float32), SMALL, 0)
-    layers = layers_of(network[0])
+    layers = [tuple(map(torch.from_numpy, each)) for each in zip(network[0].weights, network[0].biases, strict=True)]
     objective.network = lambda inputs: through(layers, inputs)  # type: ignore[assignment]
     start = np.array([9 * FRAMES + 2])
     with torch.no_grad():

@@ -82,11 +82,6 @@ def deviations_of(inputs: Float[np.ndarray, "frames ins"]) -> Float[np.ndarray, 
     return np.maximum(inputs.std(axis=0), SMALLEST_DEVIATION).astype(np.float32)
 
 
-def layers_of(network: Mlp) -> Layers:
-    """Returns the layers of a run-time network as tensors without gradients."""
-    return [(torch.from_numpy(w), torch.from_numpy(b)) for w, b in zip(network.weights, network.biases, strict=True)]
-
-
 def through(layers: Layers, value: torch.Tensor) -> torch.Tensor:
     """Returns the outputs of all layers for inputs (frames, ins), rectified between layers."""
     for i, (weight, bias) in enumerate(layers):

@@ -24,8 +24,8 @@ and joints. The rate of rotation is not among them, since it brings the noise of
 CORRECTION_INPUT_COUNT = len(CORRECTION_INPUTS)
 CORRECTION_REST_INPUTS = REST_INPUTS[CORRECTION_INPUTS]
 """These inputs from a body that stands still in its rest pose."""
-_VELOCITY = slice(3, 6)
-"""Velocity of the key joint among both."""
+CORRECTION_VELOCITY = slice(3, 6)
+"""Velocity of the key joint among these inputs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,9 @@ def correction_inputs(
     """
     found = body_inputs(rest, then, then, now, dt, dt)[..., CORRECTION_INPUTS]
     turn = now[..., rest.key, :, :3]
-    found[..., _VELOCITY] -= _to_key_axes(turn, np.broadcast_to(np.asarray(wind, np.float64), turn.shape[:-1]))
+    found[..., CORRECTION_VELOCITY] -= _to_key_axes(
+        turn, np.broadcast_to(np.asarray(wind, np.float64), turn.shape[:-1])
+    )
     return found
 
 

@@ -16,7 +16,8 @@ from hemline.collide.primitives.body_primitives import Colliders
 from hemline.learning.key_frame import to_key_frame
 from hemline.learning.mlp import Mlp
 
-from .body_inputs import BodyAtRest, correction_inputs
+from .body_input_kernels import write_body_inputs
+from .body_inputs import BODY_INPUT_COUNT, CORRECTION_INPUTS, CORRECTION_VELOCITY, INPUT_JOINTS, BodyAtRest
 from .bone_correction import BoneCorrection
 from .bone_limit_kernels import limit_bones
 from .bones import margins_of
@@ -210,7 +211,14 @@ class BoneSource:
         moved = self._displacements(ropes.positions, posed, rest)
         if isinstance(self.correction, Mlp):
             return moved + self.correction(moved)
-        body, wind = BodyAtRest(self.ropes.key_index, ropes.pivots), self.ropes.constants.wind
-        if self.ropes.is_teleport(before, ropes.frames, ropes.pivots, dt):
-            before = ropes.frames
-        return moved + self.correction(moved, correction_inputs(body, before, ropes.frames, dt, wind))
+        return moved + self.correction(moved, self._body_inputs(ropes, before, dt))
+
+    def _body_inputs(self, ropes: RopesState, before: Transforms, dt: float) -> Float[np.ndarray, " body"]:
+        """Returns `body_inputs.correction_inputs`, computed by a kernel; a teleport counts as standing still."""
+        now, key = ropes.frames, self.ropes.key_index
+        then = now if self.ropes.is_teleport(before, now, ropes.pivots, dt) else before
+        inputs = np.empty(BODY_INPUT_COUNT)
+        write_body_inputs(ropes.pivots, key, INPUT_JOINTS, np.stack([then, then]), now, dt, dt, inputs)
+        seen = inputs[CORRECTION_INPUTS]
+        seen[CORRECTION_VELOCITY] -= np.asarray(self.ropes.constants.wind) @ now[key, :, :3]
+        return seen

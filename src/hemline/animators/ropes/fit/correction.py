@@ -30,8 +30,8 @@ def fit_correction(frames: KeyFrames, components: int) -> BoneCorrection:
         BadDataset: No bone moves.
     """
     train, rows = frames.train, len(frames.free)
-    nothing, whole = np.zeros(rows), np.eye(rows)
-    modes = principal_of_map(whole, nothing, frames.bones[train] * frames.free, components).basis
+    nothing = np.zeros(rows)
+    modes = principal_of_map(np.eye(rows), nothing, frames.bones[train] * frames.free, components).basis
     modes = (modes * frames.free).astype(np.float32)
     missing = (frames.bones - frames.rope_bones) * frames.free
     body = frames.body[train]
