@@ -101,16 +101,20 @@ def simulated_bones(ropes: Ropes, take: Take, body: ShapedBody) -> Float[np.ndar
     return np.einsum("fnb,fba->fna", positions - keys[:, None, :, 3], keys[:, :, :3])
 
 
-def step_through(source: BoneSource, rest: Nodes, body: ShapedBody, take: Take) -> Measured:
-    """Steps a source of bones through a take, from its first frame, and measures the clip without the lead-in."""
-    ropes = source.ropes
-    truth, free = simulated_bones(ropes, take, body), np.flatnonzero(ropes.parents >= 0)
+def bones_in_play(source: BoneSource, rest: Nodes, body: ShapedBody, take: Take) -> Float[np.ndarray, "frames nodes 3"]:
+    """Steps a source of bones through a take; returns its bones in the frame of the key joint, lead-in included [m]."""
     state, shown = source.start(body.posed(take.motion[0])), []
     for frame in range(len(take.motion)):
         state, moved = source.step(state, body.posed(take.motion[frame]), 1 / take.motion.fps, rest)
         shown.append(rest + moved.reshape(-1, 3))
-    clip = take.clip_frames
-    return Measured.of((np.stack(shown) - truth)[clip][:, free])
+    return np.stack(shown)
+
+
+def step_through(source: BoneSource, rest: Nodes, body: ShapedBody, take: Take) -> Measured:
+    """Measures a source of bones that steps through a take, on the clip without the lead-in."""
+    free = np.flatnonzero(source.ropes.parents >= 0)
+    miss = bones_in_play(source, rest, body, take) - simulated_bones(source.ropes, take, body)
+    return Measured.of(miss[take.clip_frames][:, free])
 
 
 def again(ropes: Ropes, first: Take, later: Take, body: ShapedBody) -> Measured:

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hemline.animators.ropes.bones.body_inputs import BodyAtRest, body_inputs
+from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, INPUT_JOINTS, BodyAtRest, body_inputs
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.arrays import Float, Int, Joints, Nodes, Transforms
 from hemline.bodies.body import PosedBody
@@ -13,6 +13,12 @@ from hemline.learning.key_frame import to_key_frame
 
 WARM_UP = 15
 """Steps before the output of a network counts, since its hidden state begins at zero."""
+COLUMNS = {
+    "pose": np.r_[:3, 15 : 15 + 3 * len(INPUT_JOINTS)],
+    "motion": np.arange(BODY_INPUT_COUNT),
+}
+"""Which of `body_inputs` a network sees: the direction of gravity and the pose around the key joint, as in the paper, or
+velocities and accelerations as well."""
 
 
 def chain_slots(parents: Int[np.ndarray, " nodes"]) -> Int[np.ndarray, "chains longest"]:
@@ -69,7 +75,7 @@ class GruCells:
 
         Args:
             hidden: The hidden state before; not changed.
-            body: The inputs, see `body_inputs`.
+            body: The inputs, see `COLUMNS`.
         """
         x = (body.astype(np.float32) - self.mean) / self.spread
         seen = self.input_weights @ x + self.input_bias
@@ -110,14 +116,16 @@ class ChainGrus:
     training, whatever its `dt`: at another frame rate the cloth swings faster or slower.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
-        Clothing", 2024, Section 9, Fig. 13 and 14. Differs: inputs are the pose around the key joint and its
-        velocities (`body_inputs`) instead of the pose; outputs are displacements from rest in the key frame.
+        Clothing", 2024, Section 9, Fig. 13 and 14. Differs: the pose is that around the key joint; with `COLUMNS` of
+        "motion" its velocities are inputs, too; outputs are displacements from rest in the key frame.
     """
 
     ropes: Ropes
     cells: GruCells
     seconds: float
     """Time of a step in the training [s]."""
+    columns: Int[np.ndarray, " ins"]
+    """Indices of the inputs among those of `body_inputs`."""
 
     @cached_property
     def _free(self) -> np.ndarray:
@@ -158,4 +166,4 @@ class ChainGrus:
     def _inputs(self, state: GruState, frames: Transforms) -> Float[np.ndarray, " ins"]:
         body = BodyAtRest(self.ropes.key_index, state.joints)
         before, then = state.bodies
-        return body_inputs(body, before, then, frames, self.seconds, self.seconds)
+        return body_inputs(body, before, then, frames, self.seconds, self.seconds)[self.columns]

@@ -17,7 +17,7 @@ from hemline.errors import BadDataset
 from hemline.files import content_hash
 from hemline.learning.fit.network import deviations_of
 from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer
-from papers.rope_chains.baselines.gru import WARM_UP, ChainGrus, GruCells, chain_slots
+from papers.rope_chains.baselines.gru import COLUMNS, WARM_UP, ChainGrus, GruCells, chain_slots
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,16 @@ class GruOptions:
     """Number of epochs after which the state of the training is saved."""
     mirror: bool = True
     """Add mirror images of the takes to train on, where garment and body are symmetric."""
+    inputs: str = "motion"
+    """What the networks see of the body, a key of `COLUMNS`."""
+    frames: int | None = None
+    """Number of frames to train on, in windows spread evenly over the takes; None: all."""
     threads: int = 1
     """Threads of torch."""
+
+
+PRINTED = GruOptions(mirror=False, inputs="pose", frames=5000)
+"""The networks of the paper: inputs are the pose, 5,000 frames, no mirror images (Section 9)."""
 
 
 def train_grus(
@@ -76,7 +84,7 @@ def train_grus(
         progress=lambda done, total: report("recurrent networks", done, total),
         folder=folder,
     )
-    return ChainGrus(ropes, cells, data.dt)
+    return ChainGrus(ropes, cells, data.dt, COLUMNS[options.inputs])
 
 
 def train_cells(
@@ -125,14 +133,15 @@ class GruObjective:
 
     def __init__(self, data: Sequences, slots: Int[np.ndarray, "chains longest"], options: GruOptions, seed: int):
         trained = data.side == 0
-        self.data, self.slots, self.window = data, slots, options.window
+        self.data, self.slots, self.window, self.frames = data, slots, options.window, options.frames
+        self.body = data.body[:, COLUMNS[options.inputs]]
         self.used = torch.from_numpy(np.repeat(slots >= 0, 3, axis=1))
-        self.mean, self.spread = data.body[trained].mean(axis=0), deviations_of(data.body[trained])
+        self.mean, self.spread = self.body[trained].mean(axis=0), deviations_of(self.body[trained])
         self.wanted = data.bones[:, slots].reshape(len(data.bones), len(slots), -1)
         # padded outputs repeat the last free bone; their error does not count
         self.scale = torch.from_numpy(np.maximum(self.wanted[trained].std(axis=0), 1e-4))
         self.centre = torch.from_numpy(self.wanted[trained].mean(axis=0))
-        chains, outs, ins, hidden = len(slots), self.wanted.shape[2], data.body.shape[1], options.hidden
+        chains, outs, ins, hidden = len(slots), self.wanted.shape[2], self.body.shape[1], options.hidden
         generator = torch.Generator().manual_seed(seed)
         shapes = [(3 * hidden, ins), (3 * hidden,), (3 * hidden, hidden), (3 * hidden,), (outs, hidden), (outs,)]
         reach = 1 / math.sqrt(hidden)
@@ -142,7 +151,9 @@ class GruObjective:
     @property
     def samples(self) -> Int[np.ndarray, " windows"]:
         """Frames before windows, spaced so that windows do not overlap."""
-        return self.data.windows(0, WARM_UP + self.window)[:: self.window]
+        every = self.data.windows(0, WARM_UP + self.window)[:: self.window]
+        count = len(every) if self.frames is None else min(len(every), max(1, self.frames // self.window))
+        return every[np.linspace(0, len(every) - 1, count).astype(int)]
 
     def loss(self, chosen: np.ndarray, random: np.random.Generator, mine: slice) -> torch.Tensor:
         """Returns the loss of some windows, without random numbers [m^2]."""
@@ -167,7 +178,7 @@ class GruObjective:
             length: Number of steps after the warm-up.
         """
         input_weights, input_bias, hidden_weights, hidden_bias, output_weights, output_bias = self.parameters
-        body = self.data.body[frames + np.arange(1, WARM_UP + length + 1)[:, None]]
+        body = self.body[frames + np.arange(1, WARM_UP + length + 1)[:, None]]
         x = torch.from_numpy((body - self.mean) / self.spread)
         hidden = torch.zeros(len(self.slots), len(frames), hidden_weights.shape[2])
         with torch.no_grad():

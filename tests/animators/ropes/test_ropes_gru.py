@@ -13,7 +13,7 @@ from hemline.errors import BadDataset
 from hemline.learning.key_frame import to_key_frame
 from hemline.motions import Pose
 from papers.rope_chains.baselines import ChainGrus
-from papers.rope_chains.baselines.gru import WARM_UP, GruCells, chain_slots
+from papers.rope_chains.baselines.gru import COLUMNS, WARM_UP, GruCells, chain_slots
 from tests.animators.ropes.test_ropes_rollouts import FRAMES, sequences_of
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
@@ -133,6 +133,33 @@ def test_a_killed_training_goes_on_to_the_same_end(data, tmp_path):
         np.testing.assert_array_equal(getattr(whole, name), getattr(end, name))
 
 
+def test_the_printed_networks_see_the_pose_and_no_velocity(data):
+    from papers.rope_chains.baselines.gru_training import PRINTED, GruObjective
+
+    seen = trained(data, options=options(inputs=PRINTED.inputs, epochs=1))
+    assert seen.input_weights.shape[2] == len(seen.mean) == len(COLUMNS["pose"])
+    # a body that only moves faster changes velocities and nothing else
+    at_rest, frames = BodyAtRest(0, np.zeros((24, 3))), np.zeros((3, 24, 3, 4))
+    frames[:, :, :, :3] = np.eye(3)
+    frames[1, :, 2, 3], frames[2, :, 2, 3] = 0.1, 0.2
+    slow = body_inputs(at_rest, frames[0], frames[0], frames[0], 1 / 30, 1 / 30)
+    fast = body_inputs(at_rest, *frames, 1 / 30, 1 / 30)
+    np.testing.assert_array_equal(slow[COLUMNS["pose"]], fast[COLUMNS["pose"]])
+    assert not np.array_equal(slow, fast)
+    objective = GruObjective(data, SLOTS, options(inputs=PRINTED.inputs), 0)
+    assert objective.roll_out(objective.samples[:2], 3).shape[0] == 3
+
+
+def test_a_training_can_be_limited_to_some_frames(data):
+    from papers.rope_chains.baselines.gru_training import GruObjective
+
+    every = GruObjective(data, SLOTS, options(), 0).samples
+    some = GruObjective(data, SLOTS, options(frames=5 * options().window), 0).samples
+    assert len(some) == 5 and set(some) <= set(every)
+    assert some[0] == every[0] and some[-1] == every[-1]  # spread over all takes
+    np.testing.assert_array_equal(GruObjective(data, SLOTS, options(frames=10**6), 0).samples, every)
+
+
 def test_chains_are_found_from_root_to_tip():
     # an unattached bone, then chains of two and of one free bone
     parents = np.array([-1, -1, 1, 2, -1, 4])
@@ -152,7 +179,7 @@ def test_bones_of_a_garment_come_from_body_and_networks(cells):
     ropes = build_ropes(garment, body)
     free, rest = ropes.parents >= 0, rest_bones(ropes, garment.vertices, body)
     np.testing.assert_array_equal(chain_slots(ropes.parents), SLOTS)
-    grus = ChainGrus(ropes, cells, 1 / 30)
+    grus = ChainGrus(ropes, cells, 1 / 30, COLUMNS["motion"])
     pose = body.rest_pose
     posed = [body.posed(pose), body.posed(Pose(pose.rotations, pose.translation + np.float32([0.05, 0, 0])))]
     start = grus.start(posed[0])

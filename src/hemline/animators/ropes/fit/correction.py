@@ -1,5 +1,7 @@
 """Fit of the linear correction of the ropes' bones towards those of the simulation."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hemline.animators.ropes.bones.body_inputs import CORRECTION_REST_INPUTS
@@ -10,13 +12,13 @@ from hemline.learning.ridge import ridge_through_zero
 
 from .frames import KeyFrames
 
-NOISE = (0.4, 0.2, 0.8)
+NOISE = (0.4, 0.1, 0.2, 0.8, 1.6)
 """Noise on the inputs that is tried, relative to the deviation of each; the first is used without validation data."""
 SMALLEST_DEVIATION = 1e-3
 """Smallest deviation of an input, for inputs that hardly vary."""
 
 
-def fit_correction(frames: KeyFrames, components: int) -> BoneCorrection:
+def fit_correction(frames: KeyFrames, components: int, noises: Sequence[float] = NOISE) -> BoneCorrection:
     """Fits the ridge regression from the ropes' bones and the motion of the body to the error of these bones.
 
     It has no constant, so that it is zero at rest. The noise of the regression is the one with the least mean distance
@@ -25,6 +27,7 @@ def fit_correction(frames: KeyFrames, components: int) -> BoneCorrection:
     Args:
         frames: Bones of the simulation and of the ropes, the motion of the body, and the split.
         components: Number of principal directions of the inputs, and of the outputs.
+        noises: Noise on the inputs that is tried, relative to the deviation of each.
 
     Raises:
         BadDataset: No bone moves.
@@ -39,7 +42,7 @@ def fit_correction(frames: KeyFrames, components: int) -> BoneCorrection:
     deviations = np.maximum(inputs.std(axis=0), SMALLEST_DEVIATION)
     low, high = body.min(axis=0).astype(np.float32), body.max(axis=0).astype(np.float32)
     best, least = None, np.inf
-    for noise in NOISE if len(frames.val) else NOISE[:1]:
+    for noise in noises if len(frames.val) else noises[:1]:
         whole = ridge_through_zero(inputs, missing[train], noise * deviations)
         outputs = principal_of_map(whole, nothing, inputs, components).basis * frames.free
         matrix = np.ascontiguousarray(outputs @ whole, np.float32)
