@@ -17,8 +17,8 @@ COLUMNS = {
     "pose": np.r_[:3, 15 : 15 + 3 * len(INPUT_JOINTS)],
     "motion": np.arange(BODY_INPUT_COUNT),
 }
-"""Which of `body_inputs` a network sees: the direction of gravity and the pose around the key joint, as in the paper, or
-velocities and accelerations as well."""
+"""Which of `body_inputs` a network sees: gravity and the pose around the key joint, as in the paper, or also
+velocities and accelerations."""
 
 
 def chain_slots(parents: Int[np.ndarray, " nodes"]) -> Int[np.ndarray, "chains longest"]:
