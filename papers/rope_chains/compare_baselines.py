@@ -4,8 +4,8 @@ Run `python -m papers.rope_chains.compare_baselines MODEL TAKES TRUTH`. MODEL is
 TAKES the dataset of its fit, TRUTH a dataset of clips that were not part of a fit. Each row is an animator, played on
 each clip of TRUTH by `hemline.evaluate` with the whole-cloth step and the projection:
 
-- the model with learned bones; with ropes; with ropes without the bone correction; with ropes that are evolved and
-  projected (section 5); with ropes that leave the body along the gradient, or back along their path (section 6);
+- the model; its ropes without the bone correction; ropes that are evolved and projected (section 5); ropes that leave
+  the body along the gradient, or back along their path (section 6);
 - mass-spring nets of three stiffnesses in place of the ropes (section 3);
 - linear and dual-quaternion skinning in place of the networks (section 7), with weights by distance, or fitted to
   frames of TAKES;
@@ -77,19 +77,17 @@ def sample_frames(model, body, takes) -> tuple[np.ndarray, np.ndarray]:
 
 def animators(model, body, takes) -> dict:
     """Returns the animators of all rows by name."""
-    ropes = replace(model, learned=None)
     constants = model.ropes.constants
 
     def on(**changes):
-        return replace(ropes, ropes=model.ropes.with_constants(replace(constants, **changes)))
+        return replace(model, ropes=model.ropes.with_constants(replace(constants, **changes)))
 
-    plain = BoneSource(model.ropes, model.correction.with_zero_output(), None)
+    plain = BoneSource(model.ropes, model.correction.with_zero_output())
     rest = rest_bones(model.ropes, model.rest, body)
     near = BoneSkin.near(model.ropes, model.rest, rest)
     fitted = near.fit(*sample_frames(model, body, takes), model.rest, rest)
     found = {
-        "learned bones" if model.learned else "the model": model,
-        "ropes": ropes,
+        "the model": model,
         "ropes without correction": Baseline.of(model, "ropes without correction", source=plain),
         "ropes, evolve and project": on(position_update="project"),
         "ropes, out along the gradient": on(position_push="gradient"),
@@ -112,7 +110,7 @@ def evaluate_row(name, animator, body, truth) -> dict:
     for row in truth.clips():
         motion = truth.take(row).motion
         own.append(hemline.evaluate(animator, body, motion, truth=truth).figures)
-        if name in ("learned bones", "the model") or "skinning" in name or "quaternions" in name:
+        if name == "the model" or "skinning" in name or "quaternions" in name:
             driven.append(hemline.evaluate(animator, body, motion, truth=truth, drive="truth").figures)
 
     def mean(figures, *keys):

@@ -43,7 +43,7 @@ Written by `python -m papers.rope_chains.grus {model} TAKES TRUTH` at commit {co
 thread. *Printed* is one recurrent network (GRU) for each of {chains} chains as the paper has it: its inputs are the
 pose, and it was trained on 5,000 frames ({printed_s:.0f} s). *All data* has the velocities of the body as further
 inputs, and was trained on all {frames} frames and their mirror images ({more_s:.0f} s). *Own* are the bones of the
-model ({own}). All go through the same networks from bones to mesh, the whole-cloth step and the projection.
+model. All go through the same networks from bones to mesh, the whole-cloth step and the projection.
 
 Mean distance of the bones from the simulated ones [mm]:
 
@@ -219,7 +219,6 @@ def main() -> None:
         frames=count,
         printed_s=seconds["printed"],
         more_s=seconds["all data"],
-        own=model.bones,
         bones=clip_table(rows, names, "bones_mm"),
         mesh=clip_table(rows, names, "mesh_mm"),
         motion=motion_table(rows, names),

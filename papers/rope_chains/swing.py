@@ -146,8 +146,8 @@ def corrections(train: Dataset, body: ShapedBody) -> tuple[Ropes, dict[str, Call
         made = {noise: fit_correction(frames, config.correction_components, (noise,)) for noise in sorted(NOISE)}
         chosen = fit_correction(frames, config.correction_components)
     same = [noise for noise, each in made.items() if np.array_equal(each.matrix, chosen.matrix)]
-    sources = {"ropes": BoneSource(ropes, chosen.with_zero_output(), None)}
-    sources |= {f"ropes, corrected, noise {noise:g}": BoneSource(ropes, each, None) for noise, each in made.items()}
+    sources = {"ropes": BoneSource(ropes, chosen.with_zero_output())}
+    sources |= {f"ropes, corrected, noise {noise:g}": BoneSource(ropes, each) for noise, each in made.items()}
     return ropes, sources, same[0]
 
 

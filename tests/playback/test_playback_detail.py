@@ -68,17 +68,7 @@ def test_each_row_is_a_vertex_of_the_full_garment(cape, body, players):
         assert len(player.garment.vertices) == round(detail * 12690) and player.garment.faces.max() < len(kept(player))
 
 
-def test_from_a_quarter_down_the_ropes_and_the_second_network_stay_out(cape, body):
-    """Learned bones play alone, on a run that makes ropes take over above; and one network of two is left."""
-    run = body.placed(hemline.motions.load("run"))
-    shares = {}
-    for detail in (0.5, 0.25):
-        level = level_of(cape, detail)
-        state = level.start(body.posed(run[0]))
-        for index in range(20):
-            state, _ = level.step(state, body.posed(run[index]), DT)
-        shares[detail] = float(state.bones.ropes_weight)
-    assert shares[0.5] > 0.1 and shares[0.25] == 0
+def test_from_a_quarter_down_the_second_network_stays_out(cape):
     networks = [len(level_of(cape, detail).networks) for detail in (0.5, 0.25)]  # type: ignore[attr-defined]
     assert networks == [2, 1]
 

@@ -5,12 +5,12 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.ropes.bones.bone_contact_kernels import push_points_out
-from hemline.animators.ropes.bones.bones import margins_of
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.arrays import Float, Int, Nodes
 from hemline.bodies.body import PosedBody
 from hemline.learning.key_frame import to_key_frame
+
+from .push_kernels import push_points_out
 
 ITERATIONS, CONVERGED = 8, 1e-5
 """Largest number of Newton steps in a time step, and the change of positions at which they stop [m]."""
@@ -147,7 +147,7 @@ class MassSpringNet:
         aim[ropes.kinematic] = ropes.carriage.positions_in(frames, state.kinematic_rest)
         found = self.springs.step(state.positions, aim, ropes.masses, free, dt)
         outside = found[free]
-        margins = margins_of(ropes, constants.margin)
+        margins = np.minimum(constants.margin, ropes.chains.clearances[free])
         push_points_out(
             ropes.primitives.kinds, ropes.primitives.joints, state.shapes, state.centres, frames, margins, outside
         )

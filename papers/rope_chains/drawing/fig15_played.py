@@ -30,7 +30,6 @@ def tubes(points: np.ndarray, ends: np.ndarray, radius: float) -> tuple[np.ndarr
 
 def draw(folder: Path, model, truth) -> FigureEntry:
     """Draws the figure."""
-    model = replace(model, learned=None)
     named = {row.clip: row for row in truth.clips()}
     row = named.get(CLIPS.get(model.garment.name, ""), truth.clips()[0])
     take, ropes = truth.take(row), model.ropes
@@ -42,11 +41,11 @@ def draw(folder: Path, model, truth) -> FigureEntry:
     pictured, errors = [], []
     for frame in range(len(take.motion)):
         posed = body.posed(take.motion[frame])
-        moving, moved = model.source.step(state.bones, posed, 1 / take.motion.fps, state.rest_bones)
-        state = replace(state, bones=moving)
+        after, moved = model.source.step(state.ropes, posed, 1 / take.motion.fps, state.rest_bones)
+        state = replace(state, ropes=after)
         if frame < take.clip_frames[0]:
             continue
-        key, positions = posed.transforms[model.key], state.bones.ropes.positions
+        key, positions = posed.transforms[model.key], state.ropes.positions
         first, second = model.skinning(moved), model.shape(moved)
         skinned, both = (
             model.basis.vertices(np.concatenate([first, each]), state.rest, key) for each in (0 * second, second)

@@ -16,9 +16,8 @@ from hemline.garments import Garment
 from .settings import FITTED, METHODS
 from .work_folder import WorkFolder
 
-ROPES = RopesConfig(bones="ropes", epochs=0)
-"""Options of rope chains. On the frames of a run the bones are better than learned ones, and networks from bones to
-mesh do not improve on a linear map, so time goes into frames instead."""
+ROPES = RopesConfig(epochs=0)
+"""Options of rope chains. Networks from bones to mesh do not improve on a linear map, so time goes into frames."""
 
 
 def suitable_methods(animator: str, body: Body) -> tuple[tuple[str, ...], tuple[str, ...]]:

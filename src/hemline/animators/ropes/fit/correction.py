@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hemline.animators.ropes.bones.body_inputs import CORRECTION_REST_INPUTS
+from hemline.animators.ropes.bones.body_inputs import REST_INPUTS
 from hemline.animators.ropes.bones.bone_correction import BoneCorrection
 from hemline.arrays import Float
 from hemline.learning.pca import principal_of_map
@@ -38,7 +38,7 @@ def fit_correction(frames: KeyFrames, components: int, noises: Sequence[float] =
     modes = (modes * frames.free).astype(np.float32)
     missing = (frames.bones - frames.rope_bones) * frames.free
     body = frames.body[train]
-    inputs = np.concatenate([frames.rope_bones[train] @ modes.T, body - CORRECTION_REST_INPUTS], axis=1)
+    inputs = np.concatenate([frames.rope_bones[train] @ modes.T, body - REST_INPUTS], axis=1)
     deviations = np.maximum(inputs.std(axis=0), SMALLEST_DEVIATION)
     low, high = body.min(axis=0).astype(np.float32), body.max(axis=0).astype(np.float32)
     best, least = None, np.inf

@@ -3,7 +3,6 @@
 import importlib.util
 import math
 import warnings
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +10,7 @@ import numpy as np
 from hemline.animators.base import Progress
 from hemline.animators.checkpoints import checkpoint_folder
 from hemline.animators.ropes.bones.bone_correction import BoneCorrection
-from hemline.animators.ropes.bones.bone_source import BoneSource
 from hemline.animators.ropes.bones.chains import Ropes
-from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.model import AnimatorRopes
 from hemline.animators.terms import garment_terms
@@ -32,7 +29,6 @@ from .fit_ropes import fit_ropes
 from .frames import KeyFrames
 from .gather import TakeFrames, gather
 from .learn import learn
-from .learn_bones import learn_bones, play_bones
 from .training_set import MeshNetworks
 
 
@@ -72,8 +68,8 @@ def fit(
         Clothing", 2024, Sections 7 to 9. Differs: see `learn.learn` and `networks.train_network`.
     """
     config = config or RopesConfig()
-    if (config.epochs or config.bones != "ropes" or config.gradient_steps) and not importlib.util.find_spec("torch"):
-        raise MissingExtra("torch", "learn", "fitting rope chains (but for --epochs 0 --bones ropes)")
+    if config.epochs and not importlib.util.find_spec("torch"):
+        raise MissingExtra("torch", "learn", "fitting rope chains (but for --epochs 0)")
     garment = dataset.garment
     source = TakeFrames.of(dataset)
     shaped = dataset.body.shaped(garment.body_betas)
@@ -88,10 +84,6 @@ def fit(
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
         fitted = fit_correction(frames, config.correction_components)
         correction, correction_figures = choose_correction(frames, learned.mesh_networks, fitted)
-        bones = BoneSource(ropes, correction, None)
-        learned_bones, figures = _fit_learned_bones(
-            source, bones, frames, learned.mesh_networks, config, seed, progress, folder
-        )
     return AnimatorRopes(
         garment,
         ropes,
@@ -104,8 +96,7 @@ def fit(
         body_name=garment.body_name,
         body_hash=shaped.body.hash,
         config=config,
-        learned=learned_bones,
-        figures=learned.figures | rope_figures | correction_figures | figures,
+        figures=learned.figures | rope_figures | correction_figures,
         licences=_licences(source, shaped),
     )
 
@@ -149,40 +140,6 @@ def _corrected(frames: KeyFrames, correction: BoneCorrection) -> Float[np.ndarra
     """Returns the corrected displacements of the ropes' bones on held-out takes [m]."""
     some = frames.side > 0
     return frames.rope_bones[some] + correction(frames.rope_bones[some], frames.body[some])
-
-
-def _fit_learned_bones(
-    source: TakeFrames,
-    rope_source: BoneSource,
-    frames: KeyFrames,
-    mesh_networks: MeshNetworks,
-    config: RopesConfig,
-    seed: int,
-    progress: Progress | None,
-    folder: Path,
-) -> tuple[LearnedBones | None, dict[str, float]]:
-    """Returns the learned bones, unless ropes are configured or better on validation, and the errors of both."""
-    correction = rope_source.correction
-    assert isinstance(correction, BoneCorrection)
-    held_out = _corrected(frames, correction)
-    figures = figures_of_bones(frames, mesh_networks, "ropes", held_out)
-    if config.bones == "ropes":
-        return None, figures | _own_figures_of(figures, "ropes")
-    bones = learn_bones(source, rope_source.ropes, config, seed=seed, progress=progress, folder=folder)
-    moved = play_bones(source, replace(rope_source, learned=bones)) if len(held_out) else held_out
-    figures |= figures_of_bones(frames, mesh_networks, "learned", moved)
-    better = figures.get("val_learned_error_mm", math.inf) < figures.get("val_ropes_error_mm", math.inf)
-    chosen = "learned" if config.bones == "learned" or better else "ropes"
-    return bones if chosen == "learned" else None, figures | _own_figures_of(figures, chosen)
-
-
-def _own_figures_of(figures: dict[str, float], chosen: str) -> dict[str, float]:
-    """Returns the errors of the chosen source as `*_own_error_mm`."""
-    return {
-        name.replace(f"_{chosen}_", "_own_"): value
-        for name, value in figures.items()
-        if name.endswith(f"_{chosen}_error_mm")
-    }
 
 
 def _licences(source: TakeFrames, shaped: ShapedBody) -> tuple[str, ...]:

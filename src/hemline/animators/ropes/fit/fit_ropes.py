@@ -73,7 +73,6 @@ def fit_ropes(
             shaped,
             train,
             window_seconds=_window(train),
-            gradient_steps=config.gradient_steps,
             progress=progress,
         )
     figures = {}

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline.animators.base import Progress
-from hemline.animators.ropes.bones.body_inputs import CORRECTION_INPUT_COUNT, BodyAtRest, correction_inputs
+from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, BodyAtRest, body_inputs
 from hemline.animators.ropes.bones.bones import rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.arrays import Float, FramesOfVertices, Int, Vertices
@@ -99,7 +99,7 @@ class _TrainingTake:
     rope_bones: Float[np.ndarray, "frames nodes 3"]
     """Bones of simulated ropes in the world [m]."""
     body: Float[np.ndarray, "frames body"]
-    """Motion of the body, see `body_inputs.correction_inputs`."""
+    """Motion of the body, see `body_inputs.body_inputs`."""
     side: int
     shape: int
 
@@ -128,7 +128,7 @@ def gather(
     normals = create_mapped_array(folder / "normals.npy", np.float16, (count, vertices, 3))
     heights = create_mapped_array(folder / "heights.npy", np.float16, (count, vertices))
     bones, rope_bones = (np.empty((count, ropes.node_count, 3), np.float32) for _ in range(2))
-    body = np.empty((count, CORRECTION_INPUT_COUNT), np.float32)
+    body = np.empty((count, BODY_INPUT_COUNT), np.float32)
     sides = np.empty(count, np.int32)
     rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     first = 0
@@ -185,7 +185,7 @@ def _body_inputs(
 ) -> Float[np.ndarray, "clip body"]:
     """Returns the motion of the body in the frames of a clip, from the skin transforms of a whole take."""
     moving = moving.astype(np.float64)
-    return correction_inputs(at_rest, moving[np.maximum(clip - 1, 0)], moving[clip], 1 / fps)
+    return body_inputs(at_rest, moving[np.maximum(clip - 1, 0)], moving[clip], 1 / fps)
 
 
 def _transforms(shaped: ShapedBody, take: Take) -> Float[np.ndarray, "frames joints 3 4"]:
