@@ -145,6 +145,22 @@ def test_a_net_is_stable_at_any_stiffness_and_step(stiffness, dt):
     assert (distance > np.minimum(ropes.chains.clearances[ropes.parents >= 0], 0.02) - 1e-6).mean() > 0.95
 
 
+def test_a_net_has_the_weight_the_support_and_the_air_of_the_ropes():
+    """In the settled drape the support of the ropes acts; a wind pulls along its own direction."""
+    body, _, ropes = worn()
+    posed = body.posed(body.rest_pose)
+    frames = ropes.primitives.joint_frames(posed)
+    calm = MassSpringNet.of(ropes, 50.0)
+    wind = (3.0, 0.0, 2.0)
+    blown = MassSpringNet.of(ropes.with_constants(replace(ropes.constants, wind=wind)), 50.0)
+    state, free = calm.start(posed), ropes.parents >= 0
+    still, windy = (net._accelerations(state, frames, 1 / 30)[free] for net in (calm, blown))
+    balance = np.einsum("nab,nb->na", frames[ropes.key_index, None, :, :3], ropes.chains.balance[free])
+    np.testing.assert_allclose(still, [0, -GRAVITY, 0] + balance, atol=0.5)
+    assert (((windy - still) @ wind) > -1e-9).all()
+    assert ((windy - still) @ wind).max() > 1.0
+
+
 def test_a_baseline_is_an_animator_that_is_not_saved(tmp_path):
     from hemline import load, motions
 

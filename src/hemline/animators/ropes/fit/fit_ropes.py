@@ -66,7 +66,7 @@ def fit_ropes(
         decomposed = config.layout in ("ssdr", "scattered")
         frames = sample_frames(source, shaped) if decomposed else None
         ropes = build(frames=frames, scattered=config.layout == "scattered")
-    train = _clips(source, ropes, shaped, train=True)
+    train = calibration_clips(source, ropes, shaped, train=True)
     if config.calibrate and train:
         ropes = calibrate(
             ropes,
@@ -76,7 +76,7 @@ def fit_ropes(
             progress=progress,
         )
     figures = {}
-    for name, clips in (("train", train), ("held_out", _clips(source, ropes, shaped, train=False))):
+    for name, clips in (("train", train), ("held_out", calibration_clips(source, ropes, shaped, train=False))):
         if clips:
             figures[f"{name}_ropes_mm"] = bone_error_mm(ropes, shaped, clips, window_seconds=_window(clips))
     return ropes, figures
@@ -137,8 +137,15 @@ def _window(clips: list[Clip]) -> float:
     return min(WINDOW_SECONDS, max((len(motion) - 2) / motion.fps for motion, _ in clips))
 
 
-def _clips(source: TakeFrames, ropes: Ropes, shaped: ShapedBody, *, train: bool) -> list[Clip]:
-    """Returns poses and simulated bones of takes on this shape, spread evenly over the dataset."""
+def calibration_clips(source: TakeFrames, ropes: Ropes, shaped: ShapedBody, *, train: bool) -> list[Clip]:
+    """Returns poses and simulated bones of takes on one body shape, spread evenly over the dataset.
+
+    Args:
+        source: The takes.
+        ropes: The bones.
+        shaped: The body of that shape.
+        train: Take those to train on; otherwise the others.
+    """
     rows = _rows(source, shaped, train=train)
     result = []
     for index in np.unique(np.linspace(0, len(rows) - 1, min(MAX_CLIPS, len(rows))).astype(int)):
