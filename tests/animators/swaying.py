@@ -58,5 +58,6 @@ def swaying_frames(clips: int = 10, frames: int = 60, *, order: np.ndarray | Non
         body=swaying_bodies(clip, frames)[order],
         free=free.reshape(-1),
         side=np.where(clip % 10 < 8, 0, clip % 10 - 7)[order].astype(np.int32),
+        take=clip[order].astype(np.int32),
         mark=f"swaying {clips} {frames}",
     )

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from hemline.animators.ropes.bones.body_inputs import REST_INPUTS, BodyAtRest, body_inputs
 from hemline.animators.ropes.bones.bone_limit_kernels import limit_bones
-from hemline.animators.ropes.fit.correction import fit_correction
+from hemline.animators.ropes.fit.correction import fit_correction, worst_correction
 from hemline.animators.ropes.fit.fit import choose_correction
 from hemline.animators.ropes.fit.training_set import MeshNetworks
 from hemline.learning.mlp import Mlp
@@ -80,6 +80,7 @@ def test_a_correction_that_is_no_better_on_validation_is_silenced(frames):
         found, figures = choose_correction(off, mesh, given)
         assert (found is given) == kept and found.matrix.any() == kept
         assert (figures["val_corrected_error_mm"] < figures["val_uncorrected_error_mm"]) == kept
+        assert (figures["val_worst_correction"] < 1) == kept
     blind = replace(off, side=np.zeros_like(off.side))
     found, figures = choose_correction(blind, mesh, given)
     assert found is given and not figures
@@ -194,3 +195,14 @@ def test_a_correction_that_tears_the_bones_apart_is_held_back():
     assert np.abs(moved).max() > 0.3
     spans = np.linalg.norm(positions[free] - positions[model.ropes.parents[free]], axis=1)
     assert (spans <= 1.1 * model.ropes.lengths[free] + 1e-5).all()
+
+
+def test_the_worst_take_is_told_from_the_mean(frames):
+    """Of two validation takes one hangs as the simulation does: there nothing can be better than no correction."""
+    two = replace(frames, side=np.where(frames.take >= 8, 1, 0).astype(np.int32))
+    slack = np.where((two.take == 9)[:, None], two.bones, 0.7 * two.bones).astype(np.float32)
+    off = replace(two, rope_bones=slack)
+    found = fit_correction(off, 20)
+    one = replace(off, side=np.where(two.take == 8, 1, np.where(two.take == 9, 2, 0)).astype(np.int32))
+    assert worst_correction(one, found) < 1 < worst_correction(off, found)
+    assert worst_correction(one, found.with_zero_output()) == 1

@@ -58,3 +58,18 @@ def bone_error_m(frames: KeyFrames, missing: Float[np.ndarray, "frames ins"], co
     """Returns the mean distance of corrected bones to simulated ones on validation data [m]."""
     left = missing[frames.val] - correction(frames.rope_bones[frames.val], frames.body[frames.val])
     return float(np.linalg.norm(left.reshape(len(left), -1, 3), axis=2).mean())
+
+
+def worst_correction(frames: KeyFrames, correction: BoneCorrection) -> float:
+    """Returns the largest mean distance of corrected bones in a validation take, as a ratio to that of the ropes.
+
+    Up to 1 the correction improves each of these takes.
+    """
+    ratios = []
+    for take in np.unique(frames.take[frames.val]):
+        some = np.flatnonzero(frames.take == take)
+        missing = (frames.bones[some] - frames.rope_bones[some]) * frames.free
+        left = missing - correction(frames.rope_bones[some], frames.body[some]) * frames.free
+        before, after = (np.linalg.norm(each.reshape(-1, 3), axis=1).mean() for each in (missing, left))
+        ratios.append(float(after / max(before, 1e-9)))
+    return max(ratios)

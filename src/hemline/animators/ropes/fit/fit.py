@@ -23,7 +23,7 @@ from hemline.garments.garment import Garment
 from hemline.garments.hanging import HANGING_DISTANCE, LITTLE_HANGS, hanging_percent
 from hemline.motions.terms import as_stated
 
-from .correction import fit_correction
+from .correction import fit_correction, worst_correction
 from .fit_figures import figures_of_bones
 from .fit_ropes import fit_ropes
 from .frames import KeyFrames
@@ -127,11 +127,14 @@ def choose_correction(
 
     Returns:
         The correction for playing; the figures `val_uncorrected_error_mm`, `val_corrected_error_mm` and those of the
-        test split.
+        test split; and `val_worst_correction`, the largest mean distance of the corrected bones in a validation take,
+        as a ratio to that without the correction.
     """
     held_out = frames.rope_bones[frames.side > 0]
     figures = figures_of_bones(frames, mesh_networks, "uncorrected", held_out)
     figures |= figures_of_bones(frames, mesh_networks, "corrected", _corrected(frames, correction))
+    if len(frames.val):
+        figures["val_worst_correction"] = worst_correction(frames, correction)
     worse = figures.get("val_corrected_error_mm", 0.0) > figures.get("val_uncorrected_error_mm", math.inf)
     return correction.with_zero_output() if worse else correction, figures
 

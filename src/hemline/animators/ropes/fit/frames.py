@@ -23,6 +23,8 @@ class KeyFrames:
     """1 for coordinates of simulated bones, 0 for those that the body carries."""
     side: Int[np.ndarray, " frames"]
     """Side of the split: 0 train, 1 val, 2 test. Clips are never divided."""
+    take: Int[np.ndarray, " frames"]
+    """Number of the take of each frame; a mirror image counts as a take."""
     mark: str
     """Hash of everything that the frames depend on."""
 

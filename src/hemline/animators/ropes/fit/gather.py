@@ -129,10 +129,10 @@ def gather(
     heights = create_mapped_array(folder / "heights.npy", np.float16, (count, vertices))
     bones, rope_bones = (np.empty((count, ropes.node_count, 3), np.float32) for _ in range(2))
     body = np.empty((count, BODY_INPUT_COUNT), np.float32)
-    sides = np.empty(count, np.int32)
+    sides, takes = np.empty(count, np.int32), np.empty(count, np.int32)
     rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     first = 0
-    for frames_of_take in _training_takes(source, ropes, partner):
+    for number, frames_of_take in enumerate(_training_takes(source, ropes, partner)):
         at, shape = slice(first, first + len(frames_of_take.vertices)), frames_of_take.shape
         keys = frames_of_take.transforms[:, ropes.key_index]
         displacements[at] = (_in_key(frames_of_take.vertices, keys) - source.rests[shape]).reshape(len(keys), -1)
@@ -141,7 +141,7 @@ def gather(
         bones[at] = _in_key(mesh_bones, keys) - rests[shape]
         rope_bones[at] = _in_key(frames_of_take.rope_bones, keys) - rests[shape]
         body[at] = frames_of_take.body
-        sides[at] = frames_of_take.side
+        sides[at], takes[at] = frames_of_take.side, number
         normals[at] = np.einsum("fvi,fij->fvj", frames_of_take.clearances.normals, keys[:, :, :3])
         heights[at] = frames_of_take.clearances.heights
         first = at.stop
@@ -156,6 +156,7 @@ def gather(
         body=body,
         free=free.reshape(-1),
         side=sides,
+        take=takes,
         mark=content_hash(source.mark, bones),
     )
     return frames, Clearances(normals, heights)
