@@ -171,7 +171,7 @@ def main() -> None:
     (ropes, _), ropes_s = timed(lambda: fit_ropes(source, body, drape, config, None))
     rest = rest_bones(ropes, drape, body)
     with tempfile.TemporaryDirectory() as folder:
-        frames, _ = gather(source, ropes, Path(folder), mirror=True)
+        frames, _ = gather(source, ropes, Path(folder), mirror=True, clear=False)
         correction, correction_s = timed(lambda: fit_correction(frames, config.correction_components))
         by_bones = blind(frames, config.correction_components)
         count = int((frames.side == 0).sum())

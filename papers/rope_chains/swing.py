@@ -142,7 +142,7 @@ def corrections(train: Dataset, body: ShapedBody) -> tuple[Ropes, dict[str, Call
     drape = np.ascontiguousarray(train.rest(train.garment.body_betas).vertices[0], np.float32)
     ropes, _ = fit_ropes(source, body, drape, config, None)
     with tempfile.TemporaryDirectory() as folder:
-        frames, _ = gather(source, ropes, Path(folder), mirror=True)
+        frames, _ = gather(source, ropes, Path(folder), mirror=True, clear=False)
         made = {noise: fit_correction(frames, config.correction_components, (noise,)) for noise in sorted(NOISE)}
         chosen = fit_correction(frames, config.correction_components)
     same = [noise for noise, each in made.items() if np.array_equal(each.matrix, chosen.matrix)]

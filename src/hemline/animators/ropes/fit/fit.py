@@ -80,7 +80,9 @@ def fit(
         ropes, figures_of_ropes = fit_ropes(source, shaped, rest, config, progress)
         rope_figures |= figures_of_ropes
     with checkpoint_folder(checkpoints) as folder:
-        frames, clearances = gather(source, ropes, folder, mirror=config.mirror, progress=progress)
+        frames, clearances = gather(
+            source, ropes, folder, mirror=config.mirror, clear=config.epochs > 0, progress=progress
+        )
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
         fitted = fit_correction(frames, config.correction_components)
         correction, correction_figures = choose_correction(frames, learned.mesh_networks, fitted)
