@@ -11,8 +11,8 @@ import pytest
 pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
 from hemline import bodies, garments, motions, sim  # after the skip
 
-OPTIONS = ["--epochs", "4", "--bones-epochs", "2", "--components", "8"]
-OPTIONS += ["--shape-components", "8", "--chains", "4", "--threads", "1", "--bones", "ropes"]
+OPTIONS = ["--epochs", "4", "--components", "8"]
+OPTIONS += ["--shape-components", "8", "--chains", "4", "--threads", "1"]
 OPTIONS += ["--no-calibrate", "--collision-vertices", "20"]
 
 

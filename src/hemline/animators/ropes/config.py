@@ -34,9 +34,9 @@ class RopesConfig:
     """Number of modes of the skinning basis that are stored with 16 bits instead of 8."""
     hidden: int = positive(500)
     """Number of neurons in each of the two hidden layers of the skinning and shape networks."""
-    epochs: int = not_negative(40)
+    epochs: int = not_negative(0)
     """Number of passes over the training set for the skinning network and for the shape network.
-    With 0 both are linear maps, and the fit needs no PyTorch."""
+    With 0 both are linear maps, and the fit needs no PyTorch. Otherwise a network is kept where it is better."""
     batch: int = positive(128)
     """Number of frames per optimiser step."""
     skinning_rate: float = not_negative(1e-4)

@@ -69,7 +69,7 @@ def fit(
     """
     config = config or RopesConfig()
     if config.epochs and not importlib.util.find_spec("torch"):
-        raise MissingExtra("torch", "learn", "fitting rope chains (but for --epochs 0)")
+        raise MissingExtra("torch", "learn", "training networks of rope chains")
     garment = dataset.garment
     source = TakeFrames.of(dataset)
     shaped = dataset.body.shaped(garment.body_betas)
