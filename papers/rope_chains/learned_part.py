@@ -34,7 +34,7 @@ def main() -> None:
     random, key = np.random.default_rng(1), posed.transforms[model.key]
     moved = (0.1 * random.normal(size=3 * model.ropes.node_count)).astype(np.float32)
     coefficients = random.normal(size=model.basis.mode_count).astype(np.float32)
-    source, ropes = model.source, state.ropes
+    source, ropes = model.source, state.bones.ropes
     bones = ropes.positions
     measure("correction", lambda: source.correction(moved, source._body_inputs(ropes, ropes.frames, 1 / 60)))
     measure("two networks", lambda: (model.skinning(moved), model.shape(moved)))

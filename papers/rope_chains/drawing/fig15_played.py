@@ -46,11 +46,11 @@ def draw(folder: Path, model, truth) -> FigureEntry:
     last = np.setdiff1d(inner, ropes.parents)
     for frame in range(len(take.motion)):
         posed = body.posed(take.motion[frame])
-        after, moved = model.source.step(state.ropes, posed, 1 / take.motion.fps, state.rest_bones)
-        state = replace(state, ropes=after)
+        after, moved = model.source.step(state.bones, posed, 1 / take.motion.fps, state.rest_bones)
+        state = replace(state, bones=after)
         if frame < take.clip_frames[0]:
             continue
-        key, positions = posed.transforms[model.key], state.ropes.positions
+        key, positions = posed.transforms[model.key], state.bones.ropes.positions
         first, second = model.skinning(moved), model.shape(moved)
         skinned, both = (
             model.basis.vertices(np.concatenate([first, each]), state.rest, key) for each in (0 * second, second)

@@ -23,7 +23,7 @@ def ropes_part(model: AnimatorRopes, body: ShapedBody) -> PagePart:
     """
     posed, ropes = body.posed(body.rest_pose), model.ropes
     state = model.start(posed)
-    moving, cones = state.ropes, ropes.primitives
+    moving, cones = state.bones.ropes, ropes.primitives
     shift = body.joints[ropes.key_index] - ropes.primitives.pivots[ropes.key_index]
     chains = {name: getattr(ropes.chains, name) for name in (*_CHAINS, *_DERIVED)} | {
         "gentle_substep": np.array([min(ropes.chains.gentle_substep, 1e30)]),

@@ -211,7 +211,7 @@ def test_bones_that_are_given_are_used(fitted, dataset):
     strong = replace(fitted.correction, matrix=np.ones_like(fitted.correction.matrix))
     roped = replace(fitted, correction=strong)
     after, own = roped.step(roped.start(posed), posed, 1 / 30)
-    _, uncorrected = fitted.step(state, posed, 1 / 30, bones=after.ropes.positions)
+    _, uncorrected = fitted.step(state, posed, 1 / 30, bones=after.bones.ropes.positions)
     assert np.abs(own - uncorrected).max() > 1e-4
     bones[-1] += 0.1
     _, other = fitted.step(state, posed, 1 / 30, bones=bones)

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from hemline.animators.ropes.bones.body_inputs import REST_INPUTS, BodyAtRest, body_inputs
 from hemline.animators.ropes.bones.bone_limit_kernels import limit_bones
+from hemline.animators.ropes.bones.bone_source import SMOOTHING_SECONDS
 from hemline.animators.ropes.fit.correction import fit_correction, worst_correction
 from hemline.animators.ropes.fit.fit import choose_correction
 from hemline.animators.ropes.fit.training_set import MeshNetworks
@@ -29,6 +30,12 @@ def error_mm(frames, correction) -> float:
     test = frames.test
     made = frames.rope_bones[test] + correction(frames.rope_bones[test], frames.body[test])
     return 1e3 * float(np.linalg.norm((made - frames.bones[test]).reshape(len(test), -1, 3), axis=2).mean())
+
+
+def held_out(frames, correction) -> np.ndarray:
+    """Corrected bones of the held-out frames."""
+    some = frames.side > 0
+    return frames.rope_bones[some] + correction(frames.rope_bones[some], frames.body[some])
 
 
 def test_what_bones_and_body_tell_is_found_and_carried_bones_stay(frames):
@@ -77,12 +84,12 @@ def test_a_correction_that_is_no_better_on_validation_is_silenced(frames):
     mesh = MeshNetworks((network,), basis)
     good = fit_correction(off, 20)
     for given, kept in ((good, True), (replace(good, matrix=-good.matrix), False)):
-        found, figures = choose_correction(off, mesh, given)
+        found, figures = choose_correction(off, mesh, given, held_out(off, given))
         assert (found is given) == kept and found.matrix.any() == kept
         assert (figures["val_corrected_error_mm"] < figures["val_uncorrected_error_mm"]) == kept
         assert (figures["val_worst_correction"] < 1) == kept
     blind = replace(off, side=np.zeros_like(off.side))
-    found, figures = choose_correction(blind, mesh, given)
+    found, figures = choose_correction(blind, mesh, given, held_out(blind, given))
     assert found is given and not figures
 
 
@@ -121,7 +128,7 @@ def test_a_body_that_is_put_elsewhere_is_seen_as_one_that_stands():
     model = ropes_model()
     first, second = (body().posed(walk()[k]) for k in (3, 4))
     state = model.start(first)
-    after = model.ropes.step(state.ropes, second, H)
+    after = model.ropes.step(state.bones.ropes, second, H)
 
     def shown(before: np.ndarray) -> np.ndarray:
         return model.source._body_inputs(after, before, H)
@@ -129,7 +136,7 @@ def test_a_body_that_is_put_elsewhere_is_seen_as_one_that_stands():
     away = after.frames.copy()
     away[..., 3] += 5.0
     assert_array_equal(shown(away), shown(after.frames))
-    assert not np.allclose(shown(state.ropes.frames), shown(after.frames))
+    assert not np.allclose(shown(state.bones.ropes.frames), shown(after.frames))
 
 
 def test_playing_sees_the_body_as_the_fit_does():
@@ -204,5 +211,18 @@ def test_the_worst_take_is_told_from_the_mean(frames):
     off = replace(two, rope_bones=slack)
     found = fit_correction(off, 20)
     one = replace(off, side=np.where(two.take == 8, 1, np.where(two.take == 9, 2, 0)).astype(np.int32))
-    assert worst_correction(one, found) < 1 < worst_correction(off, found)
-    assert worst_correction(one, found.with_zero_output()) == 1
+    assert worst_correction(one, held_out(one, found)) < 1 < worst_correction(off, held_out(off, found))
+    assert worst_correction(one, held_out(one, found.with_zero_output())) == 1
+
+
+def test_the_correction_is_followed_with_a_time_constant_at_any_frame_rate(monkeypatch):
+    """A correction that is switched on: after a fifth of a second as much of it is there at any frame rate."""
+    model, pose = ropes_model(), body().posed(walk()[10])
+    offset = np.where((model.ropes.parents >= 0).repeat(3), 0.02, 0).astype(np.float32)
+    monkeypatch.setattr(type(model.correction), "__call__", lambda *_: offset)
+    expected = (1 - np.exp(-0.2 / SMOOTHING_SECONDS)) * offset
+    for steps in (4, 12, 48):
+        state = model.source.start(pose)
+        for _ in range(steps):
+            state, _ = model.source.step(state, pose, 0.2 / steps, model.ropes.rest)
+        assert_allclose(state.change, expected, rtol=1e-4)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.animators.ropes.mechanics.state import RopesState
+from hemline.animators.ropes.bones.bone_source import BonesState
 from hemline.arrays import Float, Nodes, Vertices
 from hemline.learning.key_frame import to_key_frame
 
@@ -13,7 +13,7 @@ from hemline.learning.key_frame import to_key_frame
 class AnimatorRopesState:
     """State of the animator; the same at all levels of detail."""
 
-    ropes: RopesState
+    bones: BonesState
     rest: Vertices
     """The rest drape of the full garment on this body's shape [m]."""
     rest_bones: Nodes

@@ -72,8 +72,8 @@ class AnimatorRopesLevel(LevelOf):
         Returns:
             The State after, and the remaining vertices in the world (verts, 3) [m].
         """
-        ropes, moved = self.source.step(state.ropes, posed, dt, state.rest_bones)
-        return replace(state, ropes=ropes), self._vertices(state, posed, moved)
+        moving, moved = self.source.step(state.bones, posed, dt, state.rest_bones)
+        return replace(state, bones=moving), self._vertices(state, posed, moved)
 
     def follow(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, truth: Vertices

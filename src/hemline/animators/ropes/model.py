@@ -114,8 +114,8 @@ class AnimatorRopes:
             The State after, and the vertices in the world (verts, 3) [m].
         """
         if bones is None:
-            ropes, moved = self.source.step(state.ropes, posed, dt, state.rest_bones)
-            after = replace(state, ropes=ropes)
+            moving, moved = self.source.step(state.bones, posed, dt, state.rest_bones)
+            after = replace(state, bones=moving)
         else:
             moved = state.displacements(bones, posed.transforms[self.key])
             after = state
@@ -135,7 +135,7 @@ class AnimatorRopes:
             shaped: The body that wears the garment.
             transform: From where it was to where it is.
         """
-        return replace(state, ropes=state.ropes.relocate(transform))
+        return replace(state, bones=state.bones.relocate(transform))
 
     def follow(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, truth: Vertices

@@ -1,9 +1,11 @@
 """The bones while a garment plays: ropes, corrected towards the simulation, no farther apart than cloth allows."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hemline.animators.rigid_transform import RigidTransform
 from hemline.animators.ropes.mechanics.state import RopesState
 from hemline.arrays import Float, Nodes, Transforms
 from hemline.bodies.body import PosedBody
@@ -20,22 +22,40 @@ ROPES_STRETCH, PAIRS_STRETCH = 1.1, 1.02
 is relative to the longest distance that the cloth between two chains allows."""
 LIMIT_SWEEPS = 4
 """Number of sweeps over all pairs and ropes in which `limit_bones` brings bones together."""
+SMOOTHING_SECONDS = 0.1
+"""Time constant with which the correction is followed, since it repeats the tremor of the motion capture [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class BonesState:
+    """State of the bones between frames."""
+
+    ropes: RopesState
+    change: Float[np.ndarray, " ins"]
+    """Smoothed correction of the displacements, bone by bone in the frame of the key joint, float32 [m]."""
+
+    def relocate(self, motion: RigidTransform) -> "BonesState":
+        """Returns the state rotated and translated as a whole, history included."""
+        return replace(self, ropes=self.ropes.relocate(motion))
 
 
 @dataclass(frozen=True, eq=False)
 class BoneSource:
-    """Displacements of all bones from rest in the frame of the key joint, frame by frame."""
+    """Displacements of all bones from rest in the frame of the key joint, frame by frame.
+
+    The correction is followed with a time constant of `SMOOTHING_SECONDS`.
+    """
 
     ropes: Ropes
     correction: BoneCorrection
 
-    def start(self, posed: PosedBody) -> RopesState:
+    def start(self, posed: PosedBody) -> BonesState:
         """Returns the state at rest on a body."""
-        return self.ropes.start(posed)
+        return BonesState(self.ropes.start(posed), np.zeros(3 * self.ropes.node_count, np.float32))
 
     def step(
-        self, state: RopesState, posed: PosedBody, dt: float, rest: Nodes
-    ) -> tuple[RopesState, Float[np.ndarray, " ins"]]:
+        self, state: BonesState, posed: PosedBody, dt: float, rest: Nodes
+    ) -> tuple[BonesState, Float[np.ndarray, " ins"]]:
         """Advances to a posed body.
 
         Args:
@@ -47,11 +67,12 @@ class BoneSource:
         Returns:
             The state after, and the displacements, bone by bone, float32 [m].
         """
-        after = self.ropes.step(state, posed, dt)
+        ropes = self.ropes.step(state.ropes, posed, dt)
         key = posed.transforms[self.ropes.key_index]
-        moved = (to_key_frame(key, after.positions) - rest).astype(np.float32).reshape(-1)
-        moved = moved + self.correction(moved, self._body_inputs(after, state.frames, dt))
-        return after, self._limit(moved, rest)
+        moved = (to_key_frame(key, ropes.positions) - rest).astype(np.float32).reshape(-1)
+        wanted = self.correction(moved, self._body_inputs(ropes, state.ropes.frames, dt))
+        change = state.change + np.float32(-math.expm1(-dt / SMOOTHING_SECONDS)) * (wanted - state.change)
+        return BonesState(ropes, change), self._limit(moved + change, rest)
 
     def _body_inputs(self, after: RopesState, before: Transforms, dt: float) -> Float[np.ndarray, " body"]:
         """Returns `body_inputs.body_inputs`, computed by a kernel; a teleport counts as standing still."""

@@ -60,16 +60,21 @@ def bone_error_m(frames: KeyFrames, missing: Float[np.ndarray, "frames ins"], co
     return float(np.linalg.norm(left.reshape(len(left), -1, 3), axis=2).mean())
 
 
-def worst_correction(frames: KeyFrames, correction: BoneCorrection) -> float:
+def worst_correction(frames: KeyFrames, played: Float[np.ndarray, "held_out ins"]) -> float:
     """Returns the largest mean distance of corrected bones in a validation take, as a ratio to that of the ropes.
 
     Up to 1 the correction improves each of these takes.
+
+    Args:
+        frames: Bones of the simulation and of the ropes, and the split.
+        played: Displacements of all bones in the frames of the validation and test split, in order [m].
     """
-    ratios = []
+    held_out, ratios = np.flatnonzero(frames.side > 0), []
     for take in np.unique(frames.take[frames.val]):
-        some = np.flatnonzero(frames.take == take)
-        missing = (frames.bones[some] - frames.rope_bones[some]) * frames.free
-        left = missing - correction(frames.rope_bones[some], frames.body[some]) * frames.free
-        before, after = (np.linalg.norm(each.reshape(-1, 3), axis=1).mean() for each in (missing, left))
+        some = frames.take[held_out] == take
+        truth, ropes = (each[held_out[some]] * frames.free for each in (frames.bones, frames.rope_bones))
+        before, after = (
+            np.linalg.norm((truth - each).reshape(-1, 3), axis=1).mean() for each in (ropes, played[some] * frames.free)
+        )
         ratios.append(float(after / max(before, 1e-9)))
     return max(ratios)

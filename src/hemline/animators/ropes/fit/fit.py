@@ -10,6 +10,8 @@ import numpy as np
 from hemline.animators.base import Progress
 from hemline.animators.checkpoints import checkpoint_folder
 from hemline.animators.ropes.bones.bone_correction import BoneCorrection
+from hemline.animators.ropes.bones.bone_source import BoneSource
+from hemline.animators.ropes.bones.bones import rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.model import AnimatorRopes
@@ -85,7 +87,8 @@ def fit(
         )
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
         fitted = fit_correction(frames, config.correction_components)
-        correction, correction_figures = choose_correction(frames, learned.mesh_networks, fitted)
+        played = play_bones(source, BoneSource(ropes, fitted))
+        correction, correction_figures = choose_correction(frames, learned.mesh_networks, fitted, played)
     return AnimatorRopes(
         garment,
         ropes,
@@ -118,7 +121,10 @@ def warn_if_close(garment: Garment, percent: float) -> None:
 
 
 def choose_correction(
-    frames: KeyFrames, mesh_networks: MeshNetworks, correction: BoneCorrection
+    frames: KeyFrames,
+    mesh_networks: MeshNetworks,
+    correction: BoneCorrection,
+    played: Float[np.ndarray, "held_out ins"],
 ) -> tuple[BoneCorrection, dict[str, float]]:
     """Returns the bone correction, or one without effect where it increases the error on held-out takes.
 
@@ -126,25 +132,35 @@ def choose_correction(
         frames: The frames, with the bones of the ropes.
         mesh_networks: Both networks from bones to mesh.
         correction: The correction that was fitted.
+        played: Displacements of all bones in the held-out frames as played with it, see `play_bones` [m].
 
     Returns:
         The correction for playing; the figures `val_uncorrected_error_mm`, `val_corrected_error_mm` and those of the
         test split; and `val_worst_correction`, the largest mean distance of the corrected bones in a validation take,
         as a ratio to that without the correction.
     """
-    held_out = frames.rope_bones[frames.side > 0]
-    figures = figures_of_bones(frames, mesh_networks, "uncorrected", held_out)
-    figures |= figures_of_bones(frames, mesh_networks, "corrected", _corrected(frames, correction))
+    figures = figures_of_bones(frames, mesh_networks, "uncorrected", frames.rope_bones[frames.side > 0])
+    figures |= figures_of_bones(frames, mesh_networks, "corrected", played)
     if len(frames.val):
-        figures["val_worst_correction"] = worst_correction(frames, correction)
+        figures["val_worst_correction"] = worst_correction(frames, played)
     worse = figures.get("val_corrected_error_mm", 0.0) > figures.get("val_uncorrected_error_mm", math.inf)
     return correction.with_zero_output() if worse else correction, figures
 
 
-def _corrected(frames: KeyFrames, correction: BoneCorrection) -> Float[np.ndarray, "held_out ins"]:
-    """Returns the corrected displacements of the ropes' bones on held-out takes [m]."""
-    some = frames.side > 0
-    return frames.rope_bones[some] + correction(frames.rope_bones[some], frames.body[some])
+def play_bones(source: TakeFrames, bones: BoneSource) -> Float[np.ndarray, "held_out ins"]:
+    """Returns displacements of all bones in playing the held-out takes, one after the other without lead-ins [m]."""
+    displacements = [np.zeros((0, 3 * bones.ropes.node_count), np.float32)]
+    for take, side, shape in source.takes():
+        if side == 0:
+            continue
+        shaped = source.shaped[shape]
+        rest = rest_bones(bones.ropes, source.rests[shape], shaped)
+        state, moved = bones.start(shaped.posed(take.motion[0])), []
+        for index in range(len(take.motion)):
+            state, each = bones.step(state, shaped.posed(take.motion[index]), 1 / take.motion.fps, rest)
+            moved.append(each)
+        displacements.append(np.stack(moved)[take.clip_frames])
+    return np.concatenate(displacements)
 
 
 def _licences(source: TakeFrames, shaped: ShapedBody) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 import { intoJoint } from "hemline/joint_frames.js";
 
-const ROPES_STRETCH = 1.1, PAIRS_STRETCH = 1.02, LIMIT_SWEEPS = 4;
+const ROPES_STRETCH = 1.1, PAIRS_STRETCH = 1.02, LIMIT_SWEEPS = 4, SMOOTHING_SECONDS = 0.1;
 
 /** Makes displacements of all bones from rest, in the frame of the key joint. States are never changed in place. */
 export class BoneSource {
@@ -11,16 +11,17 @@ export class BoneSource {
   }
 
   start(frames) {
-    return this.chains.start(frames);
+    return { ropes: this.chains.start(frames), change: new Float32Array(this.rest.length) };
   }
 
   /** Returns the state `dt` later [s] and the displacements, float32. */
   step(state, frames, dt) {
-    const { chains, rest } = this, after = chains.step(state, frames, dt);
-    const moved = Float32Array.from(intoJoint(frames, chains.key, after.positions), (value, n) => value - rest[n]);
-    const then = chains.teleported(state.frames, frames, dt) ? frames : state.frames;
-    const change = this.correction.change(moved, then, frames, dt);
-    return [after, this.#limit(moved.map((value, n) => value + change[n]))];
+    const { chains, rest } = this, ropes = chains.step(state.ropes, frames, dt), before = state.ropes.frames;
+    const moved = Float32Array.from(intoJoint(frames, chains.key, ropes.positions), (value, n) => value - rest[n]);
+    const wanted = this.correction.change(moved, chains.teleported(before, frames, dt) ? frames : before, frames, dt);
+    const share = Math.fround(-Math.expm1(-dt / SMOOTHING_SECONDS));
+    const change = state.change.map((value, n) => value + share * (wanted[n] - value));
+    return [{ ropes, change }, this.#limit(moved.map((value, n) => value + change[n]))];
   }
 
   /** Returns displacements with bones moved together as far as the cloth requires. */
