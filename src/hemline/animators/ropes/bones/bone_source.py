@@ -2,12 +2,13 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from hemline.animators.rigid_transform import RigidTransform
 from hemline.animators.ropes.mechanics.state import RopesState
-from hemline.arrays import Float, Nodes, Transforms
+from hemline.arrays import Float, Int, Nodes, Transforms
 from hemline.bodies.body import PosedBody
 from hemline.learning.key_frame import to_key_frame
 
@@ -16,6 +17,7 @@ from .body_inputs import BODY_INPUT_COUNT, INPUT_JOINTS
 from .bone_correction import BoneCorrection
 from .bone_limit_kernels import limit_bones
 from .chains import Ropes
+from .tracker import TrackedPoints
 
 ROPES_STRETCH, PAIRS_STRETCH = 1.1, 1.02
 """Largest distances of bones in simulated cloth. `ROPES_STRETCH` is relative to the length of a rope. `PAIRS_STRETCH`
@@ -33,17 +35,19 @@ class BonesState:
     ropes: RopesState
     change: Float[np.ndarray, " ins"]
     """Smoothed correction of the displacements, bone by bone in the frame of the key joint, float32 [m]."""
+    tracked: TrackedPoints
+    """The free bones as they are shown but for the limits of their distances, float64."""
 
     def relocate(self, motion: RigidTransform) -> "BonesState":
         """Returns the state rotated and translated as a whole, history included."""
-        return replace(self, ropes=self.ropes.relocate(motion))
+        return replace(self, ropes=self.ropes.relocate(motion), tracked=self.tracked.relocate(motion))
 
 
 @dataclass(frozen=True, eq=False)
 class BoneSource:
     """Displacements of all bones from rest in the frame of the key joint, frame by frame.
 
-    The correction is followed with a time constant of `SMOOTHING_SECONDS`.
+    The correction is followed with a time constant of `SMOOTHING_SECONDS`, and the corrected bones by `TrackedPoints`.
     """
 
     ropes: Ropes
@@ -51,7 +55,10 @@ class BoneSource:
 
     def start(self, posed: PosedBody) -> BonesState:
         """Returns the state at rest on a body."""
-        return BonesState(self.ropes.start(posed), np.zeros(3 * self.ropes.node_count, np.float32))
+        ropes = self.ropes.start(posed)
+        free = ropes.positions[self._free]
+        change = np.zeros(3 * self.ropes.node_count, np.float32)
+        return BonesState(ropes, change, TrackedPoints(free, np.zeros_like(free)))
 
     def step(
         self, state: BonesState, posed: PosedBody, dt: float, rest: Nodes
@@ -67,17 +74,29 @@ class BoneSource:
         Returns:
             The state after, and the displacements, bone by bone, float32 [m].
         """
-        ropes = self.ropes.step(state.ropes, posed, dt)
-        key = posed.transforms[self.ropes.key_index]
-        moved = (to_key_frame(key, ropes.positions) - rest).astype(np.float32).reshape(-1)
-        wanted = self.correction(moved, self._body_inputs(ropes, state.ropes.frames, dt))
+        ropes, tracked = self.ropes.step(state.ropes, posed, dt), state.tracked
+        before, now = state.ropes.frames, ropes.frames
+        if self.ropes.is_teleport(before, now, ropes.pivots, dt):
+            key = self.ropes.key_index
+            tracked = tracked.relocate(RigidTransform.between(before[key], now[key]))
+            before = now
+        key = posed.transforms[self.ropes.key_index].astype(np.float64)
+        local = to_key_frame(key, ropes.positions)
+        moved = (local - rest).astype(np.float32).reshape(-1)
+        wanted = self.correction(moved, self._body_inputs(ropes, before, dt))
         change = state.change + np.float32(-math.expm1(-dt / SMOOTHING_SECONDS)) * (wanted - state.change)
-        return BonesState(ropes, change), self._limit(moved + change, rest)
+        corrected = local[self._free] + change.reshape(-1, 3)[self._free]
+        tracked = tracked.follow(corrected @ key[:, :3].T + key[:, 3], dt)
+        local[self._free] = to_key_frame(key, tracked.positions)
+        return BonesState(ropes, change, tracked), self._limit((local - rest).astype(np.float32).reshape(-1), rest)
 
-    def _body_inputs(self, after: RopesState, before: Transforms, dt: float) -> Float[np.ndarray, " body"]:
-        """Returns `body_inputs.body_inputs`, computed by a kernel; a teleport counts as standing still."""
+    @cached_property
+    def _free(self) -> Int[np.ndarray, " free"]:
+        return np.flatnonzero(self.ropes.parents >= 0)
+
+    def _body_inputs(self, after: RopesState, then: Transforms, dt: float) -> Float[np.ndarray, " body"]:
+        """Returns `body_inputs.body_inputs`, computed by a kernel."""
         now, pivots = after.frames, after.pivots
-        then = now if self.ropes.is_teleport(before, now, pivots, dt) else before
         inputs, wind = np.empty(BODY_INPUT_COUNT), np.asarray(self.ropes.constants.wind, np.float64)
         write_body_inputs(pivots, self.ropes.key_index, INPUT_JOINTS, then, now, dt, wind, inputs)
         return inputs

@@ -1,27 +1,47 @@
-// Source of the bones: ropes, corrected, no farther apart than cloth is; animators/ropes/bones/bone_source.
+// Source of the bones: ropes, corrected, without tremor, no farther apart than cloth is; animators/ropes/bones/bone_source, tracker.
 
-import { intoJoint } from "hemline/joint_frames.js";
+import { rigidBetween } from "hemline/chains.js";
+import { intoJoint, point, toWorld } from "hemline/joint_frames.js";
 
 const ROPES_STRETCH = 1.1, PAIRS_STRETCH = 1.02, LIMIT_SWEEPS = 4, SMOOTHING_SECONDS = 0.1;
+const TRACKING_SECONDS = 0.048;
 
 /** Makes displacements of all bones from rest, in the frame of the key joint. States are never changed in place. */
 export class BoneSource {
   constructor(chains, correction, restBones) {
     Object.assign(this, { chains, correction, rest: restBones });
+    this.free = Array.from(chains.parents.keys()).filter((node) => chains.parents[node] >= 0);
   }
 
   start(frames) {
-    return { ropes: this.chains.start(frames), change: new Float32Array(this.rest.length) };
+    const ropes = this.chains.start(frames), positions = ropes.positions.slice();
+    return { ropes, change: new Float32Array(this.rest.length), positions, velocities: new Float64Array(positions.length) };
   }
 
   /** Returns the state `dt` later [s] and the displacements, float32. */
   step(state, frames, dt) {
-    const { chains, rest } = this, ropes = chains.step(state.ropes, frames, dt), before = state.ropes.frames;
-    const moved = Float32Array.from(intoJoint(frames, chains.key, ropes.positions), (value, n) => value - rest[n]);
-    const wanted = this.correction.change(moved, chains.teleported(before, frames, dt) ? frames : before, frames, dt);
-    const share = Math.fround(-Math.expm1(-dt / SMOOTHING_SECONDS));
+    const { chains, rest, free } = this, ropes = chains.step(state.ropes, frames, dt);
+    let before = state.ropes.frames, { positions, velocities } = state;
+    if (chains.teleported(before, frames, dt)) {
+      const move = rigidBetween(before, frames, chains.key);
+      positions = move.points(positions), velocities = move.vectors(velocities), before = frames;
+    } else positions = positions.slice(), velocities = velocities.slice();
+    const local = intoJoint(frames, chains.key, ropes.positions);
+    const wanted = this.correction.change(Float32Array.from(local, (value, n) => value - rest[n]), before, frames, dt);
+    const share = Math.fround(-Math.expm1(-dt / SMOOTHING_SECONDS)), theta = Math.exp(-dt / TRACKING_SECONDS);
     const change = state.change.map((value, n) => value + share * (wanted[n] - value));
-    return [{ ropes, change }, this.#limit(moved.map((value, n) => value + change[n]))];
+    for (const node of free) {
+      const [x, y, z] = [0, 1, 2].map((d) => local[3 * node + d] + change[3 * node + d]);
+      toWorld(frames, chains.key, x, y, z);
+      for (let d = 0; d < 3; d++) {
+        const n = 3 * node + d, ahead = positions[n] + dt * velocities[n], missing = point[d] - ahead;
+        positions[n] = ahead + (1 - theta ** 2) * missing;
+        velocities[n] += ((1 - theta) ** 2 / dt) * missing;
+      }
+    }
+    const shown = intoJoint(frames, chains.key, positions);
+    for (const node of free) local.set(shown.subarray(3 * node, 3 * node + 3), 3 * node);
+    return [{ ropes, change, positions, velocities }, this.#limit(Float32Array.from(local, (value, n) => value - rest[n]))];
   }
 
   /** Returns displacements with bones moved together as far as the cloth requires. */
