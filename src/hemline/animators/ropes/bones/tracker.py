@@ -17,8 +17,7 @@ class TrackedPoints:
     $$r = z - (x + h v), \quad x \leftarrow x + h v + (1 - \theta^2)\,r, \quad v \leftarrow v + (1 - \theta)^2\,r / h,
     \quad \theta = e^{-h / \tau}$$
 
-    Source: Benedict, Bordner, "Synthesis of an Optimal Set of Radar Track-While-Scan Smoothing Equations", 1962, in the
-        critically damped form of Brookner, "Tracking and Kalman Filtering Made Easy", 1998, Section 1.3.
+    Source: Brookner, "Tracking and Kalman Filtering Made Easy", 1998 (critically damped g-h filter).
     """
 
     positions: Nodes
