@@ -2,7 +2,7 @@
 
 Run `python -m papers.rope_chains.grus MODEL TAKES TRUTH`. MODEL is a file or the name of a shipped model, TAKES a
 dataset of the same garment to train on (the validation split chooses the epoch), TRUTH a dataset of clips that were not
-trained on. One recurrent network for each chain is trained twice: as the paper has it (inputs are the pose, 5,000
+trained on. One recurrent network for each chain is trained twice: as the paper has it (inputs are the pose, 4,000
 frames), and on all frames and their mirror images with the body's velocities as further inputs. Each clip of TRUTH, and
 three of the training split, are played with both, and with the model's own bones, all through the networks of the
 model. Distances of vertices are those of `hemline.evaluate`, with the whole-cloth step and the projection.
@@ -28,7 +28,7 @@ from hemline.bench.machine import commit, machine
 from hemline.compiled import use_threads
 from hemline.learning.key_frame import to_key_frame
 from papers.rope_chains.baselines import Baseline
-from papers.rope_chains.baselines.gru_training import PRINTED, GruOptions, train_grus
+from papers.rope_chains.baselines.gru_training import PRINTED, PRINTED_FRAMES, GruOptions, train_grus
 from papers.rope_chains.play_clips import BANDS, hem_in_key, power_by_band
 
 ROOT = Path(__file__).parents[2]
@@ -41,9 +41,9 @@ PAGE = """\
 
 Written by `python -m papers.rope_chains.grus {model} TAKES TRUTH` at commit {commit}, on {machine}, one
 thread. *Printed* is one recurrent network (GRU) for each of {chains} chains as the paper has it: its inputs are the
-pose, and it was trained on 5,000 frames ({printed_s:.0f} s). *All data* has the velocities of the body as further
-inputs, and was trained on all {frames} frames and their mirror images ({more_s:.0f} s). *Own* are the bones of the
-model. All go through the same networks from bones to mesh, the whole-cloth step and the projection.
+pose, and it was trained on {printed_frames} frames ({printed_s:.0f} s). *All data* has the velocities of the body as
+further inputs, and was trained on all {frames} frames and their mirror images ({more_s:.0f} s). *Own* are the bones of
+the model. All go through the same networks from bones to mesh, the whole-cloth step and the projection.
 
 Mean distance of the bones from the simulated ones [mm]:
 
@@ -216,6 +216,7 @@ def main() -> None:
         commit=commit(),
         machine=machine(),
         chains=len(animators["printed"][1].cells.slots),
+        printed_frames=min(PRINTED_FRAMES, count),
         frames=count,
         printed_s=seconds["printed"],
         more_s=seconds["all data"],
