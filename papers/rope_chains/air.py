@@ -38,7 +38,7 @@ TEXT = """\
 `python -m papers.rope_chains.air CLIPS FOLDER` wrote this page at commit {commit}, on {machine}. The light cape,
 coarsened to {vertices} vertices, was simulated on {count} clips ({frames} frames), to which the last row is fitted, and
 on six excerpts of other people. Mean distance of the free bones of 26 ropes from simulated ones, from the second frame
-of each excerpt to its last [mm]. Nothing but the ropes is compared: no networks, no learned bones.
+of each excerpt to its last [mm]. Nothing but the ropes is compared: no correction, no networks.
 
 {errors}
 

@@ -1,10 +1,10 @@
 """Compares sources of bones and the simulation with itself: `python -m papers.rope_chains.bones CLIPS RUNS FOLDER`.
 
 Simulates the light cape, coarsened to a quarter of its vertices, on the clips of `models/fit.clips` in CLIPS and on all
-clips in RUNS (made by `python -m hemline.models.make.runs`), and on ten clips of other people. Ropes, their correction
-and learned bones are fitted to the former, split by subject, and step through the latter. Besides, the ten clips are
-simulated once more from a start a few frames later. Writes pages/bones.md. FOLDER keeps the takes, so that a stopped
-run continues.
+clips in RUNS (made by `python -m hemline.models.make.runs`), and on ten clips of other people. Ropes and their
+correction are fitted to the former, split by subject, and step through the latter. Besides, the ten clips are simulated
+once more from a start a few frames later. Writes pages/bones.md. FOLDER keeps the takes, so that a stopped run
+continues.
 """
 
 import argparse
@@ -18,7 +18,7 @@ import numpy as np
 
 from hemline import garments, motions, sim
 from hemline.animators.ropes import RopesConfig
-from hemline.animators.ropes.bones.body_inputs import CORRECTION_REST_INPUTS
+from hemline.animators.ropes.bones.body_inputs import REST_INPUTS
 from hemline.animators.ropes.bones.bone_correction import BoneCorrection
 from hemline.animators.ropes.bones.bone_source import BoneSource
 from hemline.animators.ropes.bones.bones import rest_bones
@@ -27,7 +27,6 @@ from hemline.animators.ropes.fit.correction import fit_correction
 from hemline.animators.ropes.fit.fit_ropes import fit_ropes
 from hemline.animators.ropes.fit.frames import KeyFrames
 from hemline.animators.ropes.fit.gather import TakeFrames, gather
-from hemline.animators.ropes.fit.learn_bones import learn_bones
 from hemline.arrays import Float, Nodes
 from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody
@@ -42,7 +41,7 @@ OTHERS = ("daz_rig/135_04.bvh", "06_05.bvh", "01_05.bvh", "02_08.bvh")
 TEST_SECONDS, LATER_FRAMES = 5, 5
 """Length of the ten clips [s], and how many frames later they start in the second simulation."""
 TEXT = """\
-# Bones: ropes, their correction, learned bones, and a second simulation
+# Bones: ropes, their correction, and a second simulation
 
 `python -m papers.rope_chains.bones CLIPS RUNS FOLDER` wrote this page at commit {commit}, on {machine}, one
 thread. The light cape, coarsened to {vertices} vertices, was simulated on {takes} takes ({frames} frames to train on),
@@ -57,13 +56,12 @@ The part of it that is constant over the clip [mm]:
 
 *Ropes*: fitted springs and damping, air and friction of the material. *Corrected by bones*: besides, the linear
 correction with the motion of the body hidden from it. *Corrected*: the correction as fits make it
-(`bones/bone_correction`); its strength is chosen on validation data of the fit. *Learned bones*: the closed loop of
-`bones/learned_bones`, fitted to the same takes, with the corrected ropes in reserve, as a model plays it. *Simulated
-again*: the simulation itself, started {later} frames later, on the frames that both have. Part of each error is
-therefore chance: a method that predicted the mean of many such simulations would still err by about 0.7 times this row,
-if they scatter like normal numbers.
+(`bones/bone_correction`); its strength is chosen on validation data of the fit. *Simulated again*: the simulation
+itself, started {later} frames later, on the frames that both have. Part of each error is therefore chance: a method
+that predicted the mean of many such simulations would still err by about 0.7 times this row, if they scatter like
+normal numbers.
 
-Fit: springs and damping {ropes_s:.0f} s, correction {correction_s:.1f} s, learned bones {learned_s:.0f} s.
+Fit: springs and damping {ropes_s:.0f} s, correction {correction_s:.1f} s.
 """
 
 
@@ -128,7 +126,7 @@ def again(ropes: Ropes, first: Take, later: Take, body: ShapedBody) -> Measured:
 
 def blind(frames: KeyFrames, components: int) -> BoneCorrection:
     """Fits a correction to which the motion of the body is hidden."""
-    return fit_correction(replace(frames, body=np.tile(CORRECTION_REST_INPUTS, (len(frames.side), 1))), components)
+    return fit_correction(replace(frames, body=np.tile(REST_INPUTS, (len(frames.side), 1))), components)
 
 
 def timed(make: Callable):
@@ -173,16 +171,14 @@ def main() -> None:
     (ropes, _), ropes_s = timed(lambda: fit_ropes(source, body, drape, config, None))
     rest = rest_bones(ropes, drape, body)
     with tempfile.TemporaryDirectory() as folder:
-        frames, _ = gather(source, ropes, Path(folder), mirror=True)
+        frames, _ = gather(source, ropes, Path(folder), mirror=True, clear=False)
         correction, correction_s = timed(lambda: fit_correction(frames, config.correction_components))
         by_bones = blind(frames, config.correction_components)
         count = int((frames.side == 0).sum())
-        learned, learned_s = timed(lambda: learn_bones(source, ropes, config, seed=0, folder=Path(folder)))
     sources = {
-        "ropes": BoneSource(ropes, correction.with_zero_output(), None),
-        "ropes, corrected by bones": BoneSource(ropes, by_bones, None),
-        "ropes, corrected": BoneSource(ropes, correction, None),
-        "learned bones": BoneSource(ropes, correction, learned),
+        "ropes": BoneSource(ropes, correction.with_zero_output()),
+        "ropes, corrected by bones": BoneSource(ropes, by_bones),
+        "ropes, corrected": BoneSource(ropes, correction),
     }
     rows = {
         name: {take.motion.name: step_through(each, rest, body, take) for take in takes}
@@ -202,7 +198,6 @@ def main() -> None:
         later=LATER_FRAMES,
         ropes_s=ropes_s,
         correction_s=correction_s,
-        learned_s=learned_s,
     )
     PAGE.write_text(page)
     print(page)

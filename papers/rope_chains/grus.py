@@ -29,7 +29,7 @@ from hemline.compiled import use_threads
 from hemline.learning.key_frame import to_key_frame
 from papers.rope_chains.baselines import Baseline
 from papers.rope_chains.baselines.gru_training import PRINTED, PRINTED_FRAMES, GruOptions, train_grus
-from papers.rope_chains.play_clips import BANDS, hem_in_key, power_by_band
+from papers.rope_chains.hem import BANDS, hem_in_key, power_by_band
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results" / "rope_chains_grus.jsonl"
@@ -43,7 +43,7 @@ Written by `python -m papers.rope_chains.grus {model} TAKES TRUTH` at commit {co
 thread. *Printed* is one recurrent network (GRU) for each of {chains} chains as the paper has it: its inputs are the
 pose, and it was trained on {printed_frames} frames ({printed_s:.0f} s). *All data* has the velocities of the body as
 further inputs, and was trained on all {frames} frames and their mirror images ({more_s:.0f} s). *Own* are the bones of
-the model ({own}). All go through the same networks from bones to mesh, the whole-cloth step and the projection.
+the model. All go through the same networks from bones to mesh, the whole-cloth step and the projection.
 
 Mean distance of the bones from the simulated ones [mm]:
 
@@ -220,7 +220,6 @@ def main() -> None:
         frames=count,
         printed_s=seconds["printed"],
         more_s=seconds["all data"],
-        own=model.bones,
         bones=clip_table(rows, names, "bones_mm"),
         mesh=clip_table(rows, names, "mesh_mm"),
         motion=motion_table(rows, names),

@@ -72,7 +72,7 @@ def main() -> None:
     source, garment = TakeFrames.of(takes), takes.garment
     body = hemline.bodies.load(garment.body_name).shaped(garment.body_betas)
     rest = takes.rest(garment.body_betas).vertices[0].astype(np.float64)
-    shown = sample_frames(source, body)
+    shown = sample_frames(source, body).vertices
     found = list(all_layouts(garment, body, rest, shown))
     at_rest = [rest_bones(ropes, rest, body) for _, _, ropes in found]
     bones = [[] for _ in found]

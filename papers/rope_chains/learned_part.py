@@ -36,7 +36,7 @@ def main() -> None:
     coefficients = random.normal(size=model.basis.mode_count).astype(np.float32)
     source, ropes = model.source, state.bones.ropes
     bones = ropes.positions
-    measure("correction", lambda: source._correct(ropes, posed, state.rest_bones, ropes.frames, 1 / 60))
+    measure("correction", lambda: source.correction(moved, source._body_inputs(ropes, ropes.frames, 1 / 60)))
     measure("two networks", lambda: (model.skinning(moved), model.shape(moved)))
     measure("reconstruction", lambda: model.basis.vertices(coefficients, model.rest, key))
     measure("learned part", lambda: model.step(state, posed, 1 / 60, bones=bones))

@@ -13,29 +13,19 @@ papers/rope_chains/pages/MODEL.md, with pictures of the worst frame of each clip
 simulation.
 """
 
-import argparse
-import json
-from pathlib import Path
-
 import numpy as np
 
 import hemline
 from hemline import pictures
 from hemline.arrays import FramesOfVertices
-from hemline.bench.machine import commit, machine
 from hemline.compiled import use_threads
-from hemline.learning.key_frame import to_key_frame
-from hemline.motions.motion import Motion
-from hemline.sim import SimSettings, simulate
+from papers.report import ROOT, Page, Row, mean_of, origin_of, parse_options, record
+from papers.rope_chains.hem import BAND_NAMES, frozen_figures, hem_in_key, power_by_band
 
-ROOT = Path(__file__).parents[2]
-RESULTS = ROOT / "benchmarks" / "results" / "rope_chains_played.jsonl"
-PICTURES = ROOT / "papers" / "rope_chains" / "pages"
-BANDS = ((0.0, 1.0), (1.0, 2.0), (2.0, 4.0), (4.0, 8.0))
-"""Frequency bands of the hem's motion [Hz]."""
-HEM = 10
-"""Percentage of the vertices that are the hem: the lowest ones at rest."""
-STANDING_S, FROZEN_AT_S, FROZEN_S = 5.0, 1.0, 4.0
+PAGES = ROOT / "papers" / "rope_chains" / "pages"
+STANDING_S = 5.0
+WAYS = {"own": {}, "bare": {"whole": False}, "driven": {"drive": "truth"}}
+"""Options of `hemline.evaluate` for each way to play a clip."""
 LOOK_CLOSER = (640, 640)
 
 
@@ -53,58 +43,50 @@ class FrameList:
         return np.stack([frame.vertices for frame in self.frames])
 
 
-def hem_in_key(model, frames, vertices: FramesOfVertices) -> np.ndarray:
-    """Returns the hem in the frame of the key joint, less its mean over the clip [m]."""
-    hem = model.rest[:, 1] <= np.percentile(model.rest[:, 1], HEM)
-    keys = [frame.body.transforms[model.key] for frame in frames]
-    seen = np.stack([to_key_frame(key, each[hem]) for key, each in zip(keys, vertices, strict=True)])
-    return seen - seen.mean(axis=0)
-
-
-def power_by_band(seen: np.ndarray, fps: float) -> list[float]:
-    """Returns the mean power of the hem's motion in each of `BANDS` [m^2]."""
-    window = np.hanning(len(seen))[:, None, None]
-    power = (np.abs(np.fft.rfft(seen * window, axis=0)) ** 2).mean(axis=(1, 2))
-    at = np.fft.rfftfreq(len(seen), 1 / fps)
-    return [float(power[(at >= low) & (at < high)].sum()) for low, high in BANDS]
-
-
-def evaluate_clip(model, body, truth, row) -> dict:
-    """Returns all figures of one clip."""
+def evaluate_clip(model, body, truth, row) -> Row:
+    """Returns all figures of one clip, and draws its worst frame."""
     take = truth.take(row)
-    ways = {"own": {}, "own, step off": {"whole": False}, "truth": {"drive": "truth"}}
     found, kept = {}, {}
-    for name, options in ways.items():
+    for name, options in WAYS.items():
         kept[name] = FrameList()
-        evaluation = hemline.evaluate(model, body, take.motion, truth=truth, keep=kept[name], **options)
-        found[name] = {
-            key: evaluation.figures[key]
-            for key in (
-                "vertex_error_mm",
-                "stretch_percent",
-                "inside_percent",
-                "resolved_percent",
-                "ripple_deg",
-                "jerk_m_s3",
-                "frame_ms",
-            )
-        }
-    clip = ~take.lead_in
-    vertices, frames = take.vertices[clip], kept["own"].frames
-    powers = [
-        power_by_band(hem_in_key(model, frames, each), take.motion.fps) for each in (kept["own"].vertices, vertices)
-    ]
-    carried = [model.rest @ f.body.transforms[model.key][:, :3].T + f.body.transforms[model.key][:, 3] for f in frames]
-    stiff = 1e3 * float(np.linalg.norm(np.stack(carried) - vertices, axis=2).mean())
-    worst = int(np.argmax([_longest(model, frame) for frame in kept["own, step off"].frames]))
-    meshes = [
-        (kept["own, step off"].frames[worst].vertices, "cloth"),
-        (frames[worst].vertices, "cloth"),
-        (vertices[worst], "truth"),
-    ]
-    _picture(PICTURES / f"{model.garment.name}-{row.clip}.png", frames[worst].body, meshes, model.garment.faces)
-    ratios = [ours / max(theirs, 1e-12) for ours, theirs in zip(*powers, strict=True)]
-    return {"clip": row.clip, "frames": len(frames), "stiff_mm": stiff, "hem_power_ratio": ratios} | found
+        found[name] = hemline.evaluate(model, body, take.motion, truth=truth, keep=kept[name], **options).figures
+    vertices, frames = take.vertices[~take.lead_in], kept["own"].frames
+    _draw_worst(model, row.clip, kept["bare"].frames, frames, vertices)
+    shown, simulated = (hem_in_key(model, frames, each) for each in (kept["own"].vertices, vertices))
+    powers = zip(power_by_band(shown, take.motion.fps), power_by_band(simulated, take.motion.fps), strict=True)
+    keys = [frame.body.transforms[model.key] for frame in frames]
+    carried = np.stack([model.rest @ key[:, :3].T + key[:, 3] for key in keys])
+    errors = np.stack([each @ key[:, :3] for each, key in zip(kept["own"].vertices - vertices, keys, strict=True)])
+    own, bare = found["own"], found["bare"]
+    return {
+        "clip": row.clip,
+        "frames": len(frames),
+        "error_mm": own["vertex_error_mm"]["mean"],
+        "constant_mm": 1e3 * float(np.linalg.norm(errors.mean(axis=0), axis=1).mean()),
+        "driven_mm": found["driven"]["vertex_error_mm"]["mean"],
+        "rigid_mm": 1e3 * float(np.linalg.norm(carried - vertices, axis=2).mean()),
+        "jerk": own["jerk_m_s3"]["ratio"],
+        "ripple_deg": own["ripple_deg"]["mean"],
+        "ripple_truth_deg": own["ripple_deg"]["truth"],
+        "skin_percent": own["skin_through_percent"]["mean"],
+        "frame_ms": own["frame_ms"]["median"],
+        "step_ms": own["frame_ms"]["stages"]["whole"],
+        "inside_after_percent": own["inside_percent"]["after"],
+        **{f"power {name}": ours / max(theirs, 1e-12) for name, (ours, theirs) in zip(BAND_NAMES, powers, strict=True)},
+        **_cloth("own", own),
+        **_cloth("bare", bare),
+    }
+
+
+def _cloth(way: str, figures: dict) -> Row:
+    """Returns what the whole-cloth step changes."""
+    return {
+        f"stretch_{way}": figures["stretch_percent"]["p99_mean"],
+        f"worst_{way}": figures["stretch_percent"]["p99_worst"],
+        f"long_{way}": figures["stretch_percent"]["long"],
+        f"inside_{way}": figures["inside_percent"]["before"],
+        f"projected_{way}": figures["resolved_percent"],
+    }
 
 
 def _longest(model, frame) -> float:
@@ -112,18 +94,21 @@ def _longest(model, frame) -> float:
     return float(np.percentile(strains, 99))
 
 
-def _picture(path: Path, body, meshes, faces) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
+def _draw_worst(model, clip: str, bare: list, frames: list, truth: FramesOfVertices) -> None:
+    """Draws the frame that is stretched most without the whole-cloth step: without the step, with it, simulated."""
+    worst = int(np.argmax([_longest(model, frame) for frame in bare]))
+    body, faces = frames[worst].body, model.garment.faces
+    meshes = [(bare[worst].vertices, "cloth"), (frames[worst].vertices, "cloth"), (truth[worst], "truth")]
     views = [
         pictures.picture_of(
             [(body.vertices, body.faces, "body"), (vertices, faces, colour)], "back_three_quarter", size=LOOK_CLOSER
         )
         for vertices, colour in meshes
     ]
-    pictures.write_png(path, pictures.side_by_side(views))
+    pictures.write_png(PAGES / f"{model.garment.name}-{clip}.png", pictures.side_by_side(views))
 
 
-def standing_figures(model, body) -> dict:
+def standing_figures(model, body) -> Row:
     """Returns the drift of ropes and vertices from the settled drape while the body stands still [mm]."""
     posed = body.posed(body.rest_pose)
     state, free = model.ropes.start(posed), model.ropes.parents >= 0
@@ -143,137 +128,80 @@ def standing_figures(model, body) -> dict:
     }
 
 
-def frozen_figures(model, body) -> dict:
-    """Returns how far and when the hem swings on after the body stops in the middle of a run, and how fast that decays.
-
-    The figures are those of the model and of the simulation.
-    """
-    run = body.placed(hemline.motions.load("run").resample(30))
-    stop, still = round(30 * FROZEN_AT_S), round(30 * FROZEN_S)
-    index = np.concatenate([np.arange(stop), np.full(still, stop)])
-    motion = Motion(
-        run.rotations[index], run.translations[index], 30.0, run.leg_length, "frozen run", run.source, run.licence
-    )
-    frames = np.stack([frame.vertices for frame in hemline.play(model, body, motion, fps=None, placed=True)])
-    take = simulate(model.garment, body, motion, SimSettings(fps=30.0))
-    hem = model.rest[:, 1] <= np.percentile(model.rest[:, 1], HEM)
-    figures = {}
-    for name, vertices in (("frozen", frames), ("frozen_truth", take.vertices[~take.lead_in])):
-        path = vertices[stop:, hem].mean(axis=1)
-        away = np.linalg.norm(path - path[-15:].mean(axis=0), axis=1)
-        lasting = np.flatnonzero(away > away.max() / np.e)
-        figures |= {
-            f"{name}_swing_mm": 1e3 * float(away.max()),
-            f"{name}_lag_s": float(away.argmax() / 30),
-            f"{name}_decay_s": float(lasting[-1] / 30),
-        }
-    return figures
-
-
-def table_row(row: dict) -> str:
-    """Returns one clip as a row of the table."""
-    own, off, driven = row["own"], row["own, step off"], row["truth"]
-    stretch, torn = own["stretch_percent"], off["stretch_percent"]
-    bands = " ".join(f"{each:.2f}" for each in row["hem_power_ratio"])
-    return (
-        f"| {row['clip']} | {own['vertex_error_mm']['mean']:.0f}; {driven['vertex_error_mm']['mean']:.1f}; "
-        f"{row['stiff_mm']:.0f} | {torn['p99_mean']:.0f} -> {stretch['p99_mean']:.0f} | "
-        f"{torn['p99_worst']:.0f} -> {stretch['p99_worst']:.0f} | {torn['long']:.2f} -> {stretch['long']:.2f} | "
-        f"{off['inside_percent']['before']:.1f} -> {own['inside_percent']['before']:.2f} | "
-        f"{off['resolved_percent']:.1f} -> {own['resolved_percent']:.2f} | {own['inside_percent']['after']:.2f} | "
-        f"{own['jerk_m_s3']['ratio']:.2f} | {own['ripple_deg']['mean']:.1f} ({own['ripple_deg']['truth']:.1f}) | "
-        f"{bands} | {own['frame_ms']['median']:.2f} ({own['frame_ms']['stages']['whole']:.2f}) |"
-    )
-
-
-HEADER = """\
-| clip | error mm: own; by simulated bones; rigid rest drape | stretch p99 % | worst frame % | > 30 % long, % | \
-inside before, % | projection moves, % | inside after, % | jerk / truth | ripples deg (truth) | \
-hem power / truth by band | frame ms (step) |
-|---|---|---|---|---|---|---|---|---|---|---|---|"""
-
-
-PAGE = """\
-# The {name} in playing
-
-Written by `python -m papers.rope_chains.play_clips {model} TRUTH` at commit {commit}, on {machine}, one thread.
-TRUTH holds clips of subjects that were not part of the fit; "->": without and with the [whole-cloth step](\
-../../src/hemline/collide/whole/README.md). The other columns are with it.
-
-{table}
-
-Means over the clips: own error {own:.0f} mm, by simulated bones {driven:.1f} mm, the rest drape moved rigidly
-{stiff:.0f} mm; stretch p99 {stretch:.1f} % (worst frame {worst:.0f} %), without the step {torn:.1f} %
-({torn_worst:.0f} %); {long:.3f} % of the edges are more than 30 % too long, without the step {torn_long:.2f} %; inside
-before the projection {before:.2f} %; the projection moves {resolved:.2f} % of the vertices by more than a millimetre.
-Jerk is {jerk:.2f} times that of the simulation, the hem's power from 0 to 1, 2, 4 and 8 Hz {power} times.
-
-Standing still for {standing:.0f} s in the rest pose, the ropes drift {ropes_drift_mm:.1f} mm from the settled drape
-(in the last second they move at {ropes_speed_mm_s:.1f} mm/s), and what is played {played_drift_mm:.1f} mm.
-When the body is frozen in the middle of a run, the hem is farthest from where it comes to hang, {frozen_swing_mm:.0f}
-mm, after {frozen_lag_s:.2f} s, and within a third of that for good after {frozen_decay_s:.2f} s. In the simulation:
-{frozen_truth_swing_mm:.0f} mm, {frozen_truth_lag_s:.2f} s, {frozen_truth_decay_s:.2f} s.
-
-## The worst frame of each clip
-
-By stretch of what the projection alone makes: without the step, with it, the simulation.
-
-{pictures}
-"""
-
-
-def page(model_name: str, model, rows: list[dict], still: dict) -> str:
+def build_page(model_name: str, name: str, rows: list[Row], still: Row) -> Page:
     """Returns the page of a model."""
 
-    def mean(of) -> float:
-        return float(np.mean([of(row) for row in rows]))
+    def tabulate(columns: dict[str, str], keys: list[str]) -> None:
+        means = [[mean_of(rows, key) for key in keys]]
+        cells = [[row["clip"], *(row[key] for key in keys)] for row in rows]
+        page.table({"clip": "", **columns}, [*cells, ["**mean**", *means[0]]])
 
-    own, off = ([row[way] for row in rows] for way in ("own", "own, step off"))
-    return PAGE.format(
-        name=model.garment.name,
-        model=model_name,
-        commit=commit(),
-        machine=machine(),
-        table="\n".join([HEADER, *map(table_row, rows)]),
-        own=mean(lambda row: row["own"]["vertex_error_mm"]["mean"]),
-        driven=mean(lambda row: row["truth"]["vertex_error_mm"]["mean"]),
-        stiff=mean(lambda row: row["stiff_mm"]),
-        stretch=mean(lambda row: row["own"]["stretch_percent"]["p99_mean"]),
-        worst=max(each["stretch_percent"]["p99_worst"] for each in own),
-        torn=mean(lambda row: row["own, step off"]["stretch_percent"]["p99_mean"]),
-        torn_worst=max(each["stretch_percent"]["p99_worst"] for each in off),
-        torn_long=mean(lambda row: row["own, step off"]["stretch_percent"]["long"]),
-        power=", ".join(f"{each:.2f}" for each in np.mean([row["hem_power_ratio"] for row in rows], axis=0)),
-        long=mean(lambda row: row["own"]["stretch_percent"]["long"]),
-        before=mean(lambda row: row["own"]["inside_percent"]["before"]),
-        resolved=mean(lambda row: row["own"]["resolved_percent"]),
-        jerk=mean(lambda row: row["own"]["jerk_m_s3"]["ratio"]),
-        standing=STANDING_S,
-        pictures="\n\n".join(f"![{row['clip']}]({model.garment.name}-{row['clip']}.png)" for row in rows),
-        **still,
+    page = Page(f"The {name} in playing")
+    page.text(
+        origin_of(rows[0], f"python -m papers.rope_chains.play_clips {model_name} TRUTH"),
+        "TRUTH holds clips of people who were not part of the fit, played as they were recorded.",
     )
+    page.section("Distance from the simulation")
+    page.text(
+        "*Error* is the mean distance of the vertices, *constant* the part that stays the same over the clip, in the",
+        "frame of the key joint. *By simulated bones*: the error if the bones are those of the simulation. *Rigid*:",
+        "that of the garment at rest, moved with the key joint. Jerk is relative to that of the simulation.",
+    )
+    columns = ["error [mm]", "constant [mm]", "by simulated bones [mm]", "rigid [mm]", "jerk", "frame [ms]"]
+    keys = ["error_mm", "constant_mm", "driven_mm", "rigid_mm", "jerk", "frame_ms"]
+    tabulate(dict(zip(columns, (".0f", ".0f", ".1f", ".0f", ".2f", ".1f"), strict=True)), keys)
+    page.section("Swing of the hem")
+    page.text("Power of the hem's motion relative to the simulation's, by frequency.")
+    tabulate(dict.fromkeys(BAND_NAMES, ".2f"), [f"power {each}" for each in BAND_NAMES])
+    page.text(
+        f"Standing still for {STANDING_S:.0f} s in the rest pose, the ropes drift {still['ropes_drift_mm']:.1f} mm",
+        f"from the settled drape (in the last second they move at {still['ropes_speed_mm_s']:.1f} mm/s), and what is",
+        f"played {still['played_drift_mm']:.1f} mm.",
+    )
+    page.text("A run that stops dead:")
+    page.table(
+        {"": "", "hem from where it comes to hang [mm]": ".0f", "farthest after [s]": ".2f", "decays in [s]": ".2f"},
+        [
+            [way, *(still[f"{name}_{key}"] for key in ("swing_mm", "lag_s", "decay_s"))]
+            for way, name in (("played", "frozen"), ("simulated", "frozen_truth"))
+        ],
+    )
+    page.section("Cloth, without and with the whole-cloth step")
+    page.text(
+        "The [whole-cloth step](../../../src/hemline/collide/whole/README.md) comes before the projection out of the",
+        "body. Stretch is the 99th percentile of the edges of a frame.",
+    )
+    names = {
+        "stretch": ("stretch [%]", ".1f"),
+        "worst": ("worst frame [%]", ".0f"),
+        "long": ("edges > 30 % long [%]", ".3f"),
+        "inside": ("inside before projection [%]", ".2f"),
+        "projected": ("moved by projection [%]", ".2f"),
+    }
+    columns = {f"{name}, {way}": spec for name, spec in names.values() for way in ("without", "with")}
+    tabulate(columns, [f"{key}_{way}" for key in names for way in ("bare", "own")])
+    columns = ["ripples [deg]", "simulated ripples [deg]", "inside after projection [%]", "skin seen [%]", "step [ms]"]
+    keys = ["ripple_deg", "ripple_truth_deg", "inside_after_percent", "skin_percent", "step_ms"]
+    tabulate(dict(zip(columns, (".1f", ".1f", ".2f", ".3f", ".2f"), strict=True)), keys)
+    page.section("The worst frame of each clip")
+    page.text("By stretch of what the projection alone makes: without the step, with it, the simulation.")
+    for row in rows:
+        page.picture(row["clip"], f"{name}-{row['clip']}.png")
+    return page
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Figures and pictures of a model of rope chains in playing.")
-    parser.add_argument("model", help="a model file, or the name of a shipped model")
-    parser.add_argument("truth", type=Path, help="a dataset of clips that the model was not fitted to")
-    options = parser.parse_args()
+    options = parse_options(__doc__, "model", "truth")
     use_threads(1)
     model, truth = hemline.load(options.model), hemline.datasets.open_dataset(options.truth)
     body = hemline.bodies.load(model.body_name).shaped(model.garment.body_betas)
-    common = {"model": model.garment.name, "machine": machine(), "commit": commit(), "threads": 1}
-    print(HEADER, flush=True)
-    RESULTS.parent.mkdir(parents=True, exist_ok=True)
     rows = []
     for row in truth.clips():
         rows.append(evaluate_clip(model, body, truth, row))
-        print(table_row(rows[-1]), flush=True)
+        print(row.clip, f"{rows[-1]['error_mm']:.0f} mm", flush=True)
     still = standing_figures(model, body) | frozen_figures(model, body)
-    print(" ".join(f"{name} {value:.2f}" for name, value in still.items()))
-    with RESULTS.open("a") as stream:
-        stream.writelines(json.dumps(each | common) + "\n" for each in [*rows, still])
-    (PICTURES / f"{model.garment.name}.md").write_text(page(options.model, model, rows, still))
+    *rows, still = record("rope_chains_played", *({"model": model.garment.name} | each for each in (*rows, still)))
+    print(build_page(options.model, model.garment.name, rows, still).write(PAGES / f"{model.garment.name}.md"))
 
 
 if __name__ == "__main__":

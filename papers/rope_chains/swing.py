@@ -32,7 +32,7 @@ from hemline.errors import SimulationFailed
 from hemline.learning.key_frame import to_key_frame
 
 from .bones import bones_in_play
-from .play_clips import BANDS, power_by_band
+from .hem import BANDS, power_by_band
 
 PAGE = Path(__file__).parent / "pages" / "swing.md"
 COUNT = 8
@@ -142,12 +142,12 @@ def corrections(train: Dataset, body: ShapedBody) -> tuple[Ropes, dict[str, Call
     drape = np.ascontiguousarray(train.rest(train.garment.body_betas).vertices[0], np.float32)
     ropes, _ = fit_ropes(source, body, drape, config, None)
     with tempfile.TemporaryDirectory() as folder:
-        frames, _ = gather(source, ropes, Path(folder), mirror=True)
+        frames, _ = gather(source, ropes, Path(folder), mirror=True, clear=False)
         made = {noise: fit_correction(frames, config.correction_components, (noise,)) for noise in sorted(NOISE)}
         chosen = fit_correction(frames, config.correction_components)
     same = [noise for noise, each in made.items() if np.array_equal(each.matrix, chosen.matrix)]
-    sources = {"ropes": BoneSource(ropes, chosen.with_zero_output(), None)}
-    sources |= {f"ropes, corrected, noise {noise:g}": BoneSource(ropes, each, None) for noise, each in made.items()}
+    sources = {"ropes": BoneSource(ropes, chosen.with_zero_output())}
+    sources |= {f"ropes, corrected, noise {noise:g}": BoneSource(ropes, each) for noise, each in made.items()}
     return ropes, sources, same[0]
 
 

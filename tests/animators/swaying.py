@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.animators.ropes.bones.body_inputs import CORRECTION_INPUT_COUNT, CORRECTION_REST_INPUTS
+from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, REST_INPUTS
 from hemline.animators.ropes.fit.frames import KeyFrames
 
 ROWS, COLUMNS = 20, 15
@@ -39,8 +39,8 @@ def swaying_bodies(clip: np.ndarray, frames: int) -> np.ndarray:
     """What the bone correction sees of the body (frames, 60), by a formula: it turns at its own pace in each clip."""
     t = np.tile(np.arange(frames) / 30, len(clip) // frames)
     pace = 1 + 0.3 * (clip % 7)
-    waves = np.sin(pace[:, None] * t[:, None] + np.arange(CORRECTION_INPUT_COUNT))
-    return (CORRECTION_REST_INPUTS + 0.5 * waves).astype(np.float32)
+    waves = np.sin(pace[:, None] * t[:, None] + np.arange(BODY_INPUT_COUNT))
+    return (REST_INPUTS + 0.5 * waves).astype(np.float32)
 
 
 def swaying_frames(clips: int = 10, frames: int = 60, *, order: np.ndarray | None = None) -> KeyFrames:
@@ -58,5 +58,6 @@ def swaying_frames(clips: int = 10, frames: int = 60, *, order: np.ndarray | Non
         body=swaying_bodies(clip, frames)[order],
         free=free.reshape(-1),
         side=np.where(clip % 10 < 8, 0, clip % 10 - 7)[order].astype(np.int32),
+        take=clip[order].astype(np.int32),
         mark=f"swaying {clips} {frames}",
     )

@@ -143,10 +143,6 @@ def test_simulate_fit_animate_evaluate_export(tmp_path, monkeypatch, capsys):
     assert [take["clip"] for take in takes] == list(names)
     assert not any(take["failed"] for take in takes)
     options = [
-        "--epochs",
-        "5",
-        "--bones-epochs",
-        "5",
         "--components",
         "20",
         "--shape-components",

@@ -25,9 +25,8 @@ from hemline.animators.lag.lag_net import LagNet, layer_sizes
 from hemline.animators.lag.lag_network import LagNetwork
 from hemline.animators.live import AnimatorLive, Live
 from hemline.animators.ropes import AnimatorRopes, RopesConfig
-from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, CORRECTION_INPUT_COUNT
+from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT
 from hemline.animators.ropes.bones.bone_correction import BoneCorrection
-from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.skinned import AnimatorSkinned, Skinned
 from hemline.animators.swingar import SwingarConfig
@@ -38,7 +37,6 @@ from hemline.animators.swingar.runtime import RuntimeEstimator
 from hemline.bodies import ShapedBody
 from hemline.garments import coarser_garment
 from hemline.garments.garment import Garment
-from hemline.learning.fit.linear_start import as_network
 from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import pack_basis
 from hemline.motions import Motion, Pose
@@ -63,8 +61,8 @@ def correction_of(ropes, random: np.random.Generator) -> BoneCorrection:
     """A correction of millimetres, by four directions of the bones and all that it sees of the body."""
     free = (ropes.parents >= 0).repeat(3)
     modes, outputs = (np.linalg.qr((free * random.normal(size=(4, len(free)))).T)[0].T for _ in range(2))
-    matrix = 0.01 * random.normal(size=(4, 4 + CORRECTION_INPUT_COUNT))
-    far = np.full(CORRECTION_INPUT_COUNT, 2.0)
+    matrix = 0.01 * random.normal(size=(4, 4 + BODY_INPUT_COUNT))
+    far = np.full(BODY_INPUT_COUNT, 2.0)
     return BoneCorrection(*(np.ascontiguousarray(each, np.float32) for each in (modes, matrix, outputs, -far, far)))
 
 
@@ -100,29 +98,6 @@ def ropes_model() -> AnimatorRopes:
         figures={"test_error_mm": 1.5},
         licences=("none",),
     )
-
-
-@cache
-def learned_model(reach: float = 9.0, clearance: float = 0.0) -> AnimatorRopes:
-    """The same with learned bones: they swing back with damping, and a little with what the body does.
-
-    Args:
-        reach: The range of the training on both sides of zero, of each input.
-        clearance: Distance to the body's primitives [m].
-    """
-    random = np.random.default_rng(1)
-    model, modes = ropes_model(), 6
-    free = np.flatnonzero(model.ropes.parents >= 0)
-    smooth = np.cumsum(random.normal(size=(modes, 3 * len(free))), axis=1)
-    basis = np.ascontiguousarray(np.linalg.qr(smooth.T)[0].T, np.float32)
-    back = [1e-3 * random.normal(size=(modes, BODY_INPUT_COUNT)), -0.1 * np.eye(modes), -0.3 * np.eye(modes)]
-    sizes = ((2 * modes, BODY_INPUT_COUNT + 2 * modes), (2 * modes, 2 * modes), (modes, 2 * modes))
-    layers = [(np.zeros(size), np.zeros(size[0])) for size in sizes]
-    as_network(np.concatenate(back, axis=1), np.zeros(modes), layers)
-    network = Mlp.from_weights([weights for weights, _ in layers], [biases for _, biases in layers])
-    far = np.full(BODY_INPUT_COUNT + 2 * modes, 9.0, np.float32)
-    far[:BODY_INPUT_COUNT] = reach
-    return replace(model, learned=LearnedBones(basis, network, -far, far, 1 / 30, clearance))
 
 
 @cache
@@ -254,7 +229,6 @@ ANIMATORS = {
     "lag, simulated first": begun_model,
     "live": live_model,
     "ropes": ropes_model,
-    "ropes, learned bones": learned_model,
     "skinned": skinned_model,
     "swingar": swingar_model,
 }

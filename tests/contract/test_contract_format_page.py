@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hemline.files import read_tensors
-from tests.contract.made_models import body, learned_model, small_cape
+from tests.contract.made_models import body, ropes_model, small_cape
 
 PAGE = (Path(__file__).parents[2] / "docs" / "format.md").read_text()
 SHORT = {
@@ -44,7 +44,7 @@ def test_every_array_is_on_the_page_with_its_type(kind, tmp_path):
     from hemline.bodies.body_file import write_body
 
     path = tmp_path / "file.safetensors"
-    {"garment": small_cape().save, "model": learned_model().save, "body": lambda p: write_body(p, body().body)}[kind](
+    {"garment": small_cape().save, "model": ropes_model().save, "body": lambda p: write_body(p, body().body)}[kind](
         path
     )
     rows = named(section(kind))
@@ -60,7 +60,7 @@ def test_every_metadata_key_is_on_the_page(kind, tmp_path):
     from hemline.bodies.body_file import write_body
 
     path = tmp_path / "file.safetensors"
-    {"garment": small_cape().save, "model": learned_model().save, "body": lambda p: write_body(p, body().body)}[kind](
+    {"garment": small_cape().save, "model": ropes_model().save, "body": lambda p: write_body(p, body().body)}[kind](
         path
     )
     for name in read_tensors(path, kind)[1]:

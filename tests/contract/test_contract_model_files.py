@@ -9,13 +9,13 @@ import pytest
 from hemline.animators import load, model_file, shipped_models
 from hemline.errors import BadModel, BadOutput
 from hemline.files import read_tensors, write_tensors
-from tests.contract.made_models import body, learned_model, ropes_model
+from tests.contract.made_models import body, ropes_model
 
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     path = tmp_path_factory.mktemp("models") / "model.safetensors"
-    learned_model().save(path)
+    ropes_model().save(path)
     return path
 
 
@@ -39,14 +39,13 @@ PARTS = {
     "skinning": "weight0 weight1 weight2 bias0 bias1 bias2",
     "shape": "weight0 weight1 weight2 bias0 bias1 bias2",
     "correction": "modes matrix outputs low high",
-    "learned": "modes low high weight0 weight1 weight2 bias0 bias1 bias2",
 }
 EVERY_ARRAY = ["rest", *(f"{part}.{name}" for part, names in PARTS.items() for name in names.split())]
 
 
 def test_the_list_of_arrays_is_whole(model):
     assert sorted(read_tensors(model, "model")[0]) == sorted(EVERY_ARRAY)
-    made = learned_model()
+    made = ropes_model()
     for part, names in PARTS.items():
         assert set(getattr(made, part).arrays()) == set(names.split())
 
@@ -107,9 +106,9 @@ def test_missing_or_mistyped_metadata_is_refused(model, tmp_path, name):
         ({"body": {"name": "anny24"}}, "lacks metadata 'hash'"),
         ({"figures": {"mm": "low"}}, "figures of the model are numbers"),
         ({"garment": {}}, "the model's garment is damaged"),
-        ({"ropes": {"constants": {}}}, "reads version 4 of rope chains; got version 1; fit again with"),
-        ({"ropes": {"version": 5}}, "reads version 4 of rope chains; got version 5; upgrade hemline"),
-        ({"ropes": {"version": 4, "rope_constants": 3}}, "lacks metadata 'key_joint'"),
+        ({"ropes": {"constants": {}}}, "reads version 5 of rope chains; got version 1; fit again with"),
+        ({"ropes": {"version": 6}}, "reads version 5 of rope chains; got version 6; upgrade hemline"),
+        ({"ropes": {"version": 5, "rope_constants": 3}}, "lacks metadata 'key_joint'"),
         ({"format": 99}, "newer format; got version 99; this hemline reads up to"),
         ({"kind": "take"}, "must be a model file; got a take file"),
     ],
@@ -119,39 +118,10 @@ def test_contradictions_in_metadata_are_refused(model, tmp_path, metadata, compl
         load(changed(model, tmp_path / "bad.safetensors", metadata=metadata))
 
 
-@pytest.mark.parametrize(
-    ("change", "complaint"),
-    [
-        ({"bones": None}, "lacks metadata 'bones'"),
-        ({"bones": 2}, "metadata 'bones' of the model must be str"),
-        ({"bones": "wires"}, "bones of the model are 'ropes' or 'learned'; got 'wires'"),
-        ({"learned": None}, "lacks metadata 'learned'"),
-        ({"learned": {"seconds": 0.03}}, "lacks metadata 'clearance'"),
-        ({"learned": {"seconds": 0.0, "clearance": 0.02}}, "need a time step above 0 and a clearance"),
-        ({"learned": {"seconds": "short", "clearance": 0.02}}, "metadata 'seconds' of the model must be float"),
-    ],
-)
-def test_a_source_of_bones_that_makes_no_sense_is_refused(model, tmp_path, change, complaint):
-    held = read_tensors(model, "model")[1]["ropes"] | change
-    held = {name: value for name, value in held.items() if value is not None}
-    with pytest.raises(BadModel, match=complaint):
-        load(changed(model, tmp_path / "bad.safetensors", metadata={"ropes": held}))
-
-
 def test_a_range_from_high_to_low_is_refused(model, tmp_path):
     arrays = read_tensors(model, "model")[0]
-    with pytest.raises(BadModel, match="learned bones need ranges from low to high"):
-        load(changed(model, tmp_path / "bad.safetensors", {"learned.low": arrays["learned.high"] + 1}))
-
-
-def test_a_model_of_ropes_alone_says_so_and_has_no_learned_bones(model, tmp_path):
-    path = tmp_path / "ropes.safetensors"
-    ropes_model().save(path)
-    arrays, metadata = read_tensors(path, "model")
-    assert metadata["ropes"]["bones"] == "ropes"
-    assert not any(name.startswith("learned.") for name in arrays)
-    assert load(path).learned is None
-    assert load(model).learned is not None
+    with pytest.raises(BadModel, match="ranges of the bone correction are ordered"):
+        load(changed(model, tmp_path / "bad.safetensors", {"correction.low": arrays["correction.high"] + 1}))
 
 
 def test_a_face_past_the_last_vertex_is_refused(model, tmp_path):

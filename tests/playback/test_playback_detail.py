@@ -56,31 +56,19 @@ def test_each_row_is_a_vertex_of_the_full_garment(cape, body, players):
     """While the same bones play, the animator's vertices are those of the full garment, bit for bit."""
     assert isinstance(cape, Detailed) and players[1.0].garment is cape.garment
     assert players[0.5].collider is body and len(players[0.25].collider.vertices) == 3337
-    half = level_of(cape, 0.9)
-    assert isinstance(half, Level)
     walk = body.placed(hemline.motions.load("walk"))
-    state, other = cape.start(body.posed(walk[0])), half.start(body.posed(walk[0]))
+    levels = [level_of(cape, detail) for detail in (0.9, 0.25, 0.1)]
+    states = [each.start(body.posed(walk[0])) for each in (cape, *levels)]
     for index in range(5):
-        state, full = cape.step(state, body.posed(walk[index]), DT)
-        other, some = half.step(other, body.posed(walk[index]), DT)
-    np.testing.assert_array_equal(some, full[half.vertex_ids])
+        steps = [
+            each.step(state, body.posed(walk[index]), DT) for each, state in zip((cape, *levels), states, strict=True)
+        ]
+        states, (full, *some) = zip(*steps, strict=True)
+        for level, vertices in zip(levels, some, strict=True):
+            assert isinstance(level, Level)
+            np.testing.assert_array_equal(vertices, full[level.vertex_ids])
     for detail, player in players.items():
         assert len(player.garment.vertices) == round(detail * 12690) and player.garment.faces.max() < len(kept(player))
-
-
-def test_from_a_quarter_down_the_ropes_and_the_second_network_stay_out(cape, body):
-    """Learned bones play alone, on a run that makes ropes take over above; and one network of two is left."""
-    run = body.placed(hemline.motions.load("run"))
-    shares = {}
-    for detail in (0.5, 0.25):
-        level = level_of(cape, detail)
-        state = level.start(body.posed(run[0]))
-        for index in range(20):
-            state, _ = level.step(state, body.posed(run[index]), DT)
-        shares[detail] = float(state.bones.ropes_weight)
-    assert shares[0.5] > 0.1 and shares[0.25] == 0
-    networks = [len(level_of(cape, detail).networks) for detail in (0.5, 0.25)]  # type: ignore[attr-defined]
-    assert networks == [2, 1]
 
 
 @pytest.mark.parametrize("detail", [0.5, 0.25, 0.1])
@@ -111,9 +99,9 @@ def test_hardly_any_vertex_is_inside_the_full_body(players, dance, detail, share
 
 @pytest.mark.parametrize(("one", "other"), [(1.0, 0.5), (0.5, 0.25), (0.25, 0.1), (0.1, 0.25), (0.25, 1.0), (0.1, 1.0)])
 def test_cloth_does_not_jump_when_the_level_changes(players, dance, danced, one, other):
-    """Less, at the vertices that both have, than cloth moves within a frame, and than where the state begins anew.
+    """A quarter, at the vertices that both have, of what cloth moves within a frame, and less than from a new state.
 
-    The worst per cent, where cloth hangs between the legs, may fall on the other side of a fold: half as far again.
+    The worst per cent, where cloth may fall on the other side of a fold, jumps by three quarters of that.
     """
     here, there = players[one], players[other]
     state, before = danced[one]
@@ -124,8 +112,8 @@ def test_cloth_does_not_jump_when_the_level_changes(players, dance, danced, one,
     _, mine, theirs = np.intersect1d(kept(here), kept(there), return_indices=True)
     jump, fall = (np.linalg.norm(stays.vertices[mine] - frame.vertices[theirs], axis=1) for frame in (changed, anew))
     moves = np.linalg.norm(stays.vertices[mine] - before.vertices[mine], axis=1)
-    assert jump.mean() < min(0.4 * moves.mean(), fall.mean())
-    assert np.percentile(jump, 99) < min(1.5 * np.percentile(moves, 99), 0.9 * np.percentile(fall, 99))
+    assert jump.mean() < min(0.25 * moves.mean(), fall.mean())
+    assert np.percentile(jump, 99) < 0.75 * np.percentile(moves, 99)
 
 
 def test_fine_offsets_of_vertices_that_stay_go_along(players, danced):

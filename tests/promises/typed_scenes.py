@@ -109,7 +109,6 @@ def fit() -> None:
     clips = " ".join(clip(name, 31) for name in ("walk", "turn", "jump", "kick"))
     verb(f"simulate napkin.safetensors -m {clips} -o data")
     short = "--epochs 3 --correction-components 4 --components 4 --shape-components 4 --hidden 16"
-    short += " --bones-epochs 2"
     verb(f"fit data -o napkin-model.safetensors {short} --batch 16 --threads 1")
     verb("evaluate napkin-model.safetensors -m kick.safetensors --truth data --json")
     verb("evaluate napkin-model.safetensors -m kick.safetensors --truth data --drive truth --json")

@@ -5,20 +5,16 @@ from functools import cached_property
 
 import numpy as np
 
-from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, INPUT_JOINTS, BodyAtRest, body_inputs
+from hemline.animators.ropes.bones.body_inputs import BodyAtRest
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.arrays import Float, Int, Joints, Nodes, Transforms
 from hemline.bodies.body import PosedBody
 from hemline.learning.key_frame import to_key_frame
 
+from .motion_inputs import motion_inputs
+
 WARM_UP = 15
 """Steps before the output of a network counts, since its hidden state begins at zero."""
-COLUMNS = {
-    "pose": np.r_[:3, 15 : 15 + 3 * len(INPUT_JOINTS)],
-    "motion": np.arange(BODY_INPUT_COUNT),
-}
-"""Which of `body_inputs` a network sees: gravity and the pose around the key joint, as in the paper, or also
-velocities and accelerations."""
 
 
 def chain_slots(parents: Int[np.ndarray, " nodes"]) -> Int[np.ndarray, "chains longest"]:
@@ -125,7 +121,7 @@ class ChainGrus:
     seconds: float
     """Time of a step in the training [s]."""
     columns: Int[np.ndarray, " ins"]
-    """Indices of the inputs among those of `body_inputs`."""
+    """Indices of the inputs among those of `motion_inputs`, see `COLUMNS`."""
 
     @cached_property
     def _free(self) -> np.ndarray:
@@ -166,4 +162,4 @@ class ChainGrus:
     def _inputs(self, state: GruState, frames: Transforms) -> Float[np.ndarray, " ins"]:
         body = BodyAtRest(self.ropes.key_index, state.joints)
         before, then = state.bodies
-        return body_inputs(body, before, then, frames, self.seconds, self.seconds)[self.columns]
+        return motion_inputs(body, before, then, frames, self.seconds)[self.columns]

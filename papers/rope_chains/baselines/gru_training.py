@@ -11,13 +11,15 @@ import torch
 from hemline.animators.base import Progress
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.fit.gather import TakeFrames
-from hemline.animators.ropes.fit.sequences import Sequences, sequences
 from hemline.arrays import Int
 from hemline.errors import BadDataset
 from hemline.files import content_hash
 from hemline.learning.fit.network import deviations_of
 from hemline.learning.fit.trainer import Checkpoint, Schedule, Trainer
-from papers.rope_chains.baselines.gru import COLUMNS, WARM_UP, ChainGrus, GruCells, chain_slots
+
+from .gru import WARM_UP, ChainGrus, GruCells, chain_slots
+from .motion_inputs import COLUMNS
+from .sequences import Sequences, sequences
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def train_grus(
     progress: Progress | None = None,
     folder: Path | None = None,
 ) -> ChainGrus:
-    """Trains on the simulated bones of all takes, the training set of learned bones.
+    """Trains on the simulated bones of all takes.
 
     Args:
         source: The takes.
@@ -75,7 +77,7 @@ def train_grus(
         BadDataset: No take is long enough.
         BadModel: The training diverged.
     """
-    data = sequences(source, ropes, clearance=0.0, mirror=options.mirror)
+    data = sequences(source, ropes, mirror=options.mirror)
     report = progress or (lambda stage, done, total: None)
     cells = train_cells(
         data,

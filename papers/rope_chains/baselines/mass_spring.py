@@ -5,12 +5,13 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.ropes.bones.bone_contact_kernels import push_points_out
-from hemline.animators.ropes.bones.bones import margins_of
 from hemline.animators.ropes.bones.chains import Ropes
-from hemline.arrays import Float, Int, Nodes
+from hemline.animators.ropes.mechanics.rope_force_kernels import add_air, add_balance
+from hemline.arrays import Float, Int, Nodes, Transforms
 from hemline.bodies.body import PosedBody
 from hemline.learning.key_frame import to_key_frame
+
+from .push_kernels import push_points_out
 
 ITERATIONS, CONVERGED = 8, 1e-5
 """Largest number of Newton steps in a time step, and the change of positions at which they stop [m]."""
@@ -104,8 +105,9 @@ class NetState:
 class MassSpringNet:
     """The nodes of rope chains, joined by springs along the ropes, across them and along one diagonal of each cell.
 
-    It is a source of bones, see `baseline.BoneMotion`. Masses, gravity and drag are those of the ropes. Nodes leave
-    the body's primitives along the shortest path.
+    It is a source of bones, see `baseline.BoneMotion`. Masses, gravity, air and the balance of the drape are those of
+    the ropes; the balance has the load at rest, since a net has no tensions of ropes. Nodes leave the body's primitives
+    along the shortest path.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 3 and Fig. 3.
@@ -142,12 +144,12 @@ class MassSpringNet:
         """Advances to a posed body, see `baseline.BoneMotion.step`."""
         ropes, constants = self.ropes, self.ropes.constants
         frames, free = ropes.primitives.joint_frames(posed), np.flatnonzero(ropes.parents >= 0)
-        velocities = state.velocities * np.exp(-constants.drag * dt) + dt * np.asarray(constants.gravity)
+        velocities = state.velocities * np.exp(-constants.drag * dt) + dt * self._accelerations(state, frames, dt)
         aim = state.positions + dt * velocities
         aim[ropes.kinematic] = ropes.carriage.positions_in(frames, state.kinematic_rest)
         found = self.springs.step(state.positions, aim, ropes.masses, free, dt)
         outside = found[free]
-        margins = margins_of(ropes, constants.margin)
+        margins = np.minimum(constants.margin, ropes.chains.clearances[free])
         push_points_out(
             ropes.primitives.kinds, ropes.primitives.joints, state.shapes, state.centres, frames, margins, outside
         )
@@ -155,3 +157,12 @@ class MassSpringNet:
         after = NetState(found, (found - state.positions) / dt, state.kinematic_rest, state.shapes, state.centres)
         moved = to_key_frame(posed.transforms[ropes.key_index], found) - rest
         return after, moved.astype(np.float32).reshape(-1)
+
+    def _accelerations(self, state: NetState, frames: Transforms, dt: float) -> Nodes:
+        """Returns gravity, the balance of the drape and the air, as ropes have them [m/s^2]."""
+        chains, numbers = self.ropes.chains.kernel_chains, self.ropes.constants.step_settings().numbers
+        rotations = np.ascontiguousarray(frames[self.ropes.chains.chain_joints, :, :3])
+        accelerations = np.tile(np.asarray(self.ropes.constants.gravity, np.float64), (len(state.positions), 1))
+        add_balance(chains, numbers, rotations, self.ropes.chains.rest_tensions, state.positions, accelerations)
+        add_air(chains, numbers, dt, state.positions, state.velocities, accelerations)
+        return accelerations

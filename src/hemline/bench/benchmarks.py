@@ -118,12 +118,12 @@ def _animator_stages(model: Any) -> dict[str, Any]:
     motion = body.placed(motions.load("run"))
     poses = [body.posed(motion[i]) for i in range(len(motion))]
     state, times = model.start(poses[0]), []
-    bones = state.bones
+    moving = state.bones
     for posed in poses:
         before = time.perf_counter()
-        bones, _ = model.source.step(bones, posed, 1 / 30, state.rest_bones)
+        moving, _ = model.source.step(moving, posed, 1 / 30, state.rest_bones)
         between = time.perf_counter()
-        model.step(state, posed, 1 / 30, bones=bones.ropes.positions)
+        model.step(state, posed, 1 / 30, bones=moving.ropes.positions)
         times.append((between - before, time.perf_counter() - between))
     bones_ms, networks_ms = np.median(np.array(times) * 1e3, axis=0)
     return {"bones_ms": float(bones_ms), "networks_ms": float(networks_ms)}

@@ -7,7 +7,6 @@ from typing import Any
 
 from hemline import animators
 from hemline.animators import Animator, Progress, Wearable
-from hemline.animators.ropes.config import RopesConfig
 from hemline.bodies import Body, ShapedBody
 from hemline.datasets import open_dataset
 from hemline.errors import HemlineError
@@ -15,10 +14,6 @@ from hemline.garments import Garment
 
 from .settings import FITTED, METHODS
 from .work_folder import WorkFolder
-
-ROPES = RopesConfig(bones="ropes", epochs=0)
-"""Options of rope chains. On the frames of a run the bones are better than learned ones, and networks from bones to
-mesh do not improve on a linear map, so time goes into frames instead."""
 
 
 def suitable_methods(animator: str, body: Body) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -64,9 +59,8 @@ def make_candidate(
         path.parent.mkdir(exist_ok=True)
         if method in FITTED:
             data = open_dataset(work.folder / ("takes" if method == "ropes" else "drapes"))
-            config = ROPES if method == "ropes" else None
             checkpoints = path.with_suffix(".fitting")
-            made: Any = animators.fit(data, method, config, seed=seed, progress=progress, checkpoints=checkpoints)
+            made: Any = animators.fit(data, method, None, seed=seed, progress=progress, checkpoints=checkpoints)
         else:
             made = animators.load(method)
         if isinstance(made, Wearable):

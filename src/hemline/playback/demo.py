@@ -2,8 +2,6 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +9,6 @@ import numpy as np
 
 from hemline import animators, bodies, datasets, export, garments, motions, sim
 from hemline.animators.own_body import own_body
-from hemline.errors import MissingExtra
 from hemline.export.clip import ClipPart
 from hemline.export.images import render_frames
 from hemline.files import atomic_write
@@ -26,8 +23,6 @@ Say = Callable[[str], None]
 
 DEMO_STEPS = 12
 """Number of lines that `demo` says."""
-SMALL_EPOCHS = 60
-"""Number of training epochs in the demo that fits a model."""
 
 RUN_IN = 1.0
 """Time that is cut from the start [s]: the run is a loop, and the cape settles in a pose of it."""
@@ -83,8 +78,6 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
     Returns:
         The figures of the model, named `cape`, on a motion outside the fit, compared with its simulation.
     """
-    if find_spec("torch") is None:
-        raise MissingExtra("torch", "learn", "fitting a model")
     folder.mkdir(parents=True, exist_ok=True)
     garment = garments.load("cape-light")
     clips = [sim.ClipRequest(motions.load(name), motions.subject_of(name)) for name in motions.names()]
@@ -99,8 +92,7 @@ def demo_from_nothing(folder: Path, *, say: Say, jobs: int = 2) -> dict[str, Any
     rows = sim.produce(folder / "cape-light", garment, clips, jobs=jobs, report=report)
     say(f"2/4 fit: {sum(row.clip_frames for row in rows)} frames")
     dataset = datasets.open_dataset(folder / "cape-light")
-    config = replace(animators.animator_kind("ropes").Config(), epochs=SMALL_EPOCHS)
-    animator = animators.fit(dataset, "ropes", config, seed=0)
+    animator = animators.fit(dataset, "ropes", seed=0)
     animator.save(folder / "cape-light.safetensors")
     held_out = motions.load(dataset.split("test")[0].clip)
     say(f"3/4 animate, 4/4 evaluate on {held_out.name}, which the fit did not see")

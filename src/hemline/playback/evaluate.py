@@ -130,7 +130,6 @@ def evaluate(
     worst_index, worst, worst_truth = tally.worst_frame()
     figures = {
         "animator": animator.name,
-        "bones": getattr(animator, "bones", None),  # not every animator has any
         "drive": drive,
         "detail": detail,
         "fps": fps,

@@ -3,7 +3,6 @@
 import numpy as np
 
 from hemline.animators.ropes import AnimatorRopes
-from hemline.animators.ropes.bones.bones import margins_of
 from hemline.bodies import ShapedBody
 
 from .parts import PagePart, basis_arrays, nearest_skin, short_numbers
@@ -41,11 +40,6 @@ def ropes_part(model: AnimatorRopes, body: ShapedBody) -> PagePart:
         arrays |= {f"{name}.{key}": array for key, array in getattr(model, name).arrays().items()}
     arrays |= basis_arrays(model.skinning_basis, "skinning_basis") | basis_arrays(model.shape_basis, "shape_basis")
     metadata = {"animator": "ropes", "key": ropes.key_index, "constants": ropes.constants.as_dict()}
-    if model.learned is not None:
-        free = np.flatnonzero(ropes.parents >= 0).astype(np.int32)
-        learned = model.learned.arrays() | {"margins": margins_of(ropes, model.learned.clearance), "free": free}
-        arrays |= {f"learned.{name}": array for name, array in learned.items()}
-        metadata["learned"] = model.learned.metadata()
     arrays |= {
         "rest": state.rest,
         "faces": short_numbers(model.garment.faces, len(state.rest)),

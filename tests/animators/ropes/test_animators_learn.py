@@ -264,7 +264,7 @@ def test_divergence_is_said(frames):
             {"bone_noise": float("nan")},
             "'bone_noise' must not be negative; got nan; give a finite number of at least 0",
         ),
-        ({"swing_weight": -1.0}, "'swing_weight' must not be negative; got -1.0"),
+        ({"skinning_rate": -1.0}, "'skinning_rate' must not be negative; got -1.0"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(change, complaint):

@@ -14,6 +14,7 @@ from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.errors import BadOutput
 from papers.rope_chains.baselines import Baseline, BoneSkin, MassSpringNet
 from papers.rope_chains.baselines.mass_spring import Springs
+from papers.rope_chains.baselines.push_kernels import push_points_out
 
 GRAVITY = 9.81
 
@@ -144,6 +145,22 @@ def test_a_net_is_stable_at_any_stiffness_and_step(stiffness, dt):
     assert (distance > np.minimum(ropes.chains.clearances[ropes.parents >= 0], 0.02) - 1e-6).mean() > 0.95
 
 
+def test_a_net_has_the_weight_the_support_and_the_air_of_the_ropes():
+    """In the settled drape the support of the ropes acts; a wind pulls along its own direction."""
+    body, _, ropes = worn()
+    posed = body.posed(body.rest_pose)
+    frames = ropes.primitives.joint_frames(posed)
+    calm = MassSpringNet.of(ropes, 50.0)
+    wind = (3.0, 0.0, 2.0)
+    blown = MassSpringNet.of(ropes.with_constants(replace(ropes.constants, wind=wind)), 50.0)
+    state, free = calm.start(posed), ropes.parents >= 0
+    still, windy = (net._accelerations(state, frames, 1 / 30)[free] for net in (calm, blown))
+    balance = np.einsum("nab,nb->na", frames[ropes.key_index, None, :, :3], ropes.chains.balance[free])
+    np.testing.assert_allclose(still, [0, -GRAVITY, 0] + balance, atol=0.5)
+    assert (((windy - still) @ wind) > -1e-9).all()
+    assert ((windy - still) @ wind).max() > 1.0
+
+
 def test_a_baseline_is_an_animator_that_is_not_saved(tmp_path):
     from hemline import load, motions
 
@@ -161,3 +178,28 @@ def test_a_baseline_is_an_animator_that_is_not_saved(tmp_path):
     np.testing.assert_array_equal(driven, model.follow(its, posed[2], 1 / 30, expected)[1])
     with pytest.raises(BadOutput, match="a baseline is not saved; got own parts"):
         own.save(tmp_path / "no.safetensors")
+
+
+def test_the_push_goes_the_shortest_way_out_of_the_deepest_primitive():
+    body, _, ropes = worn()
+    primitives, posed = ropes.primitives, body.posed(body.rest_pose)
+    frames = posed.transforms.astype(np.float64)
+    random = np.random.default_rng(0)
+    points = posed.joints[random.integers(0, 24, 200)] + 0.1 * random.normal(size=(200, 3))
+    moved = points.copy()
+    push_points_out(*primitives.colliders[:4], frames, np.full(len(moved), 0.02), moved)
+    for point, found in zip(points, moved, strict=True):
+        expected = pushed(primitives, frames, point.copy(), 0.02)
+        np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+def pushed(primitives, frames, point, margin):
+    """The plain twin: distance by distance, gradient by differences."""
+    for _ in range(4):
+        distance = float(primitives.distances(point[None], frames)[0][0])
+        if distance >= margin - 1e-12:
+            break
+        one = [primitives.distances(np.stack([point + d, point - d]), frames)[0] for d in 1e-6 * np.eye(3)]
+        gradient = np.array([a - b for a, b in one]) / 2e-6
+        point += (margin - distance) * gradient
+    return point

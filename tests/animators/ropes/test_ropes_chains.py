@@ -10,7 +10,7 @@ from hemline import animators, bodies, garments, motions
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.bones.embedding import Carriage, NodeEmbedding
 from hemline.animators.ropes.bones.reading import read_ropes
-from hemline.animators.ropes.fit.calibrate import _descend, _windows, bone_error_mm, calibrate
+from hemline.animators.ropes.fit.calibrate import _windows, bone_error_mm, calibrate
 from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.errors import BadDataset, BadInput, BadModel
@@ -330,24 +330,6 @@ def test_some_windows_are_those_in_which_the_body_moves_fastest():
     ways = [np.linalg.norm(bodies[-1].joints[0] - bodies[0].joints[0]) for bodies, _, _ in windows]
     assert len(windows) == 3
     assert max(ways) > 1.0
-
-
-@pytest.mark.slow
-def test_the_gradient_leads_to_what_made_the_bones():
-    torch = pytest.importorskip("torch", reason="gradients need torch (extra 'learn')")
-    torch.set_num_threads(1)
-    motion = clip("turn", 30)[:50]
-    began = ropes().with_constants(RopeConstants())
-    truth = swung(RopeConstants(drag=4.0, lateral=2.0, parent_damping=3.0, friction=0.1), motion)
-    windows = _windows(began, shaped(), [(motion, truth)], 0.4, 3)
-    limits = {"drag": 30.0, "lateral": 30.0, "parent_damping": 30.0}
-    found = list(_descend(began, windows, limits, 9))
-    errors = [
-        bone_error_mm(each, shaped(), [(motion, truth)], window_seconds=0.4, window_count=3)
-        for each in (began, *(began.with_constants(each) for each in found))
-    ]
-    assert len(found) == 3
-    assert errors[-1] < 0.8 * errors[0]
 
 
 def test_calibration_refuses_what_does_not_fit():

@@ -6,17 +6,22 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.animators.ropes.bones.body_inputs import BodyAtRest, body_inputs
+from hemline.animators.ropes.bones.body_inputs import BodyAtRest
 from hemline.animators.ropes.bones.bones import bones_of_mesh, rest_bones
 from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.errors import BadDataset
 from hemline.learning.key_frame import to_key_frame
 from hemline.motions import Pose
+from hemline.motions.quaternions import multiply
 from papers.rope_chains.baselines import ChainGrus
-from papers.rope_chains.baselines.gru import COLUMNS, WARM_UP, GruCells, chain_slots
-from tests.animators.ropes.test_ropes_rollouts import FRAMES, sequences_of
+from papers.rope_chains.baselines.gru import WARM_UP, GruCells, chain_slots
+from papers.rope_chains.baselines.motion_inputs import COLUMNS, MOTION_INPUT_COUNT, motion_inputs
+from papers.rope_chains.baselines.sequences import Sequences
 
 torch = pytest.importorskip("torch", reason="learning needs torch (extra 'learn')")
+KEY, H, FRAMES = 12, 1 / 30, 90
+REST = np.array([[x, 1.2 - 0.3 * k, -0.3 - 0.05 * k] for x in (-0.2, 0.2) for k in range(3)])
+"""Free bones at rest behind the neck [m]."""
 SLOTS = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
 TRAINED, HELD_OUT = range(8), (8, 9)
 
@@ -26,6 +31,52 @@ def options(**changes):
 
     small = GruOptions(hidden=24, epochs=150, batch=4, rate=1e-2, checkpoint_epochs=5)
     return replace(small, **changes)
+
+
+def shaped():
+    return bodies.load("anny24").shaped()
+
+
+def transforms(clip: int) -> np.ndarray:
+    """The body turns from side to side while it goes, in each clip in another direction."""
+    t, body = np.arange(FRAMES) / 30 + clip, shaped()
+    rotations = np.repeat(body.rest_pose.rotations[None], FRAMES, axis=0).astype(np.float64)
+    half = 0.4 * np.sin((2 + 0.2 * clip) * t)
+    turn = np.stack([np.cos(half), 0 * t, np.sin(half), 0 * t], axis=1)
+    rotations[:, 0] = multiply(turn, rotations[:, 0])
+    travel = np.stack([0.2 * np.sin(1.5 * t), 0.05 * np.sin(5 * t), 0.7 * t], axis=1)
+    places = (body.rest_pose.translation + travel).astype(np.float32)
+    return body.transforms_of(rotations.astype(np.float32), places)[0].astype(np.float64)
+
+
+def on_springs(frames: np.ndarray) -> np.ndarray:
+    """Bones (frames, free, 3) pulled to where they would hang by springs that stiffen [m]."""
+    keys = frames[:, KEY]
+    hung = np.einsum("fab,nb->fna", keys[:, :, :3], REST) + keys[:, None, :, 3]
+    x, v, found = hung[0].copy(), np.zeros_like(hung[0]), [hung[0]]
+    for k in range(1, len(frames)):
+        for step in range(1, 9):
+            goal = hung[k - 1] + (hung[k] - hung[k - 1]) * step / 8
+            direction = goal - x
+            v = v + ((60 + 6e4 * (direction * direction).sum(1, keepdims=True)) * direction - 6 * v) * H / 8
+            x = x + v * H / 8
+        found.append(x)
+    return np.stack(found)
+
+
+def sequences_of(clips: range) -> Sequences:
+    body, columns = BodyAtRest(KEY, shaped().joints.astype(np.float64)), []
+    for clip in clips:
+        frames = transforms(clip)
+        keys, count = frames[:, KEY], len(frames)
+        inputs = np.zeros((count, MOTION_INPUT_COUNT), np.float32)
+        inputs[2:] = motion_inputs(body, frames[:-2], frames[1:-1], frames[2:], H)
+        bones = (on_springs(frames) - keys[:, None, :, 3]) @ keys[:, :, :3] - REST
+        first = FRAMES * (clip - clips.start)
+        side = 0 if clip % 10 < 8 else clip % 10 - 7
+        full = [np.full(count, each, np.int32) for each in (first, first + count - 1, side)]
+        columns.append((inputs, bones.astype(np.float32), *full))
+    return Sequences(*(np.concatenate(each) for each in zip(*columns, strict=True)), H)
 
 
 @pytest.fixture(scope="module")
@@ -142,8 +193,8 @@ def test_the_printed_networks_see_the_pose_and_no_velocity(data):
     at_rest, frames = BodyAtRest(0, np.zeros((24, 3))), np.zeros((3, 24, 3, 4))
     frames[:, :, :, :3] = np.eye(3)
     frames[1, :, 2, 3], frames[2, :, 2, 3] = 0.1, 0.2
-    slow = body_inputs(at_rest, frames[0], frames[0], frames[0], 1 / 30, 1 / 30)
-    fast = body_inputs(at_rest, *frames, 1 / 30, 1 / 30)
+    slow = motion_inputs(at_rest, frames[0], frames[0], frames[0], H)
+    fast = motion_inputs(at_rest, *frames, H)
     np.testing.assert_array_equal(slow[COLUMNS["pose"]], fast[COLUMNS["pose"]])
     assert not np.array_equal(slow, fast)
     objective = GruObjective(data, SLOTS, options(inputs=PRINTED.inputs), 0)
@@ -194,7 +245,7 @@ def test_bones_of_a_garment_come_from_body_and_networks(cells):
     np.testing.assert_allclose(moved[~free], wanted[~free], atol=1e-5)
     still, now = (each.transforms.astype(np.float64) for each in posed)
     at_rest = BodyAtRest(ropes.key_index, body.joints.astype(np.float64))
-    inputs = body_inputs(at_rest, still, still, now, 1 / 30, 1 / 30)
+    inputs = motion_inputs(at_rest, still, still, now, H)
     after, shown = cells.step(hidden, inputs)
     np.testing.assert_allclose(moved[free], shown, atol=1e-5)
     np.testing.assert_allclose(one.hidden, after, atol=1e-5)

@@ -1,4 +1,4 @@
-"""State of a garment that rope chains or learned bones carry."""
+"""State of a garment that rope chains carry."""
 
 from dataclasses import dataclass
 

@@ -24,10 +24,11 @@ class RopesConfig:
     The paper's cape has ten chains of 13 to 15 bones; many short chains describe more of the cloth between them."""
     chain_bones: int = positive(9)
     """Number of bones of a chain of average length, root included. The shortest chain has one fewer."""
+    least_swing: float = not_negative(0.03)
+    """Bones on cloth that swings less against the body, as on a bodice or a sleeve, are carried by the body [m].
+    Chains hang from the lowest of these. With 0, they hang from the rim, as do those that the garment names."""
     calibrate: bool = True
     """Fit the physical constants of the ropes to the simulated bones before training."""
-    gradient_steps: int = not_negative(0)
-    """Number of gradient descent steps on the rope constants after the search for them."""
     components: int = positive(100)
     """Number of principal components of the skinning network."""
     shape_components: int = positive(100)
@@ -36,9 +37,9 @@ class RopesConfig:
     """Number of modes of the skinning basis that are stored with 16 bits instead of 8."""
     hidden: int = positive(500)
     """Number of neurons in each of the two hidden layers of the skinning and shape networks."""
-    epochs: int = not_negative(40)
+    epochs: int = not_negative(0)
     """Number of passes over the training set for the skinning network and for the shape network.
-    With 0 both are linear maps, and with --bones ropes the fit needs no PyTorch."""
+    With 0 both are linear maps, and the fit needs no PyTorch. Otherwise a network is kept where it is better."""
     batch: int = positive(128)
     """Number of frames per optimiser step."""
     skinning_rate: float = not_negative(1e-4)
@@ -59,30 +60,6 @@ class RopesConfig:
     """Train on mirror images too, with left and right exchanged, if garment and body are symmetric."""
     correction_components: int = positive(100)
     """Number of principal components of the correction of the ropes' bones."""
-    bones: Literal["auto", "ropes", "learned"] = "auto"
-    """Source of the bone motion: ropes, learned bones, or the better one on validation data (auto).
-    Learned bones keep the ropes as a fallback."""
-    bone_components: int = positive(64)
-    """Number of principal components of the learned bones."""
-    bones_hidden: int = positive(256)
-    """Number of neurons in each of the two hidden layers of the network of learned bones."""
-    bones_epochs: int = positive(30)
-    """Number of passes over the training set in each of the three training stages of learned bones."""
-    bones_batch: int = positive(256)
-    """Number of rollouts per optimiser step for learned bones."""
-    bones_rate: float = not_negative(1e-3)
-    """Initial learning rate of the first training stage of learned bones.
-    Each later stage starts at half the rate of the one before."""
-    rollout_frames: int = positive(40)
-    """Number of frames of a rollout in the last training stage of learned bones."""
-    rollout_noise: float = not_negative(0.015)
-    """Standard deviation of the noise on each bone coefficient at the start of a rollout [m]."""
-    body_noise: float = not_negative(0.3)
-    """Standard deviation of the noise on body inputs of learned bones, as a fraction of that of the input."""
-    swing_weight: float = not_negative(10.0)
-    """Loss weight of the mean squared error of bone displacements per frame, beside that of bone positions."""
-    bone_clearance: float = not_negative(0.01)
-    """Clearance to which learned bones are pushed out of the body's collision primitives [m]."""
     checkpoint_epochs: int = positive(10)
     """Number of passes over the training set between checkpoints."""
     threads: int = positive(1)

@@ -1,8 +1,8 @@
-"""Rope chains that carry a coarser garment: fewer vertices, and fewer of the costly parts that show little."""
+"""Rope chains that carry a coarser garment."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any, Self
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from hemline.animators.base import Animator
 from hemline.animators.level import LevelOf
 from hemline.animators.ropes.bones.bone_source import BoneSource
 from hemline.animators.ropes.bones.bones import bones_of_mesh
-from hemline.animators.ropes.bones.learned_bones import BonesStep, LearnedBones
 from hemline.arrays import Float, Int, Vertices
 from hemline.bodies.body import PosedBody
 from hemline.garments import Garment, coarser_garment
@@ -19,18 +18,6 @@ from hemline.learning.packed_basis import PackedBasis
 from hemline.motions.motion import JOINT_NAMES
 
 from .animator_state import AnimatorRopesState
-
-SIMPLE_DETAIL = 0.25
-"""Up to this detail learned bones play without ropes in reserve, and the second network, which adds finer shapes, is
-omitted."""
-
-
-class LearnedBonesAlone(LearnedBones):
-    """Learned bones that never report being out of range, so that ropes take over for unknown forces only."""
-
-    def step(self, *arguments: Any) -> BonesStep:
-        """Advances like `LearnedBones.step`, with `beyond` 0."""
-        return replace(super().step(*arguments), beyond=0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,26 +41,16 @@ class AnimatorRopesLevel(LevelOf):
             full: The animator.
             detail: Fraction of its vertices.
             source: Its bones.
-            parts: Its networks, each with the basis of its coefficients, the most important one first.
+            parts: Its networks, each with the basis of its coefficients.
 
         Raises:
             BadInput: As `coarser_garment`.
         """
         garment, vertex_ids = coarser_garment(full.garment, detail)
-        if source.learned is not None and detail <= SIMPLE_DETAIL:
-            learned = {field.name: getattr(source.learned, field.name) for field in fields(source.learned)}
-            source = replace(source, learned=LearnedBonesAlone(**learned))
-        (first, basis), *others = parts[:1] if detail <= SIMPLE_DETAIL else parts
-        for _, other in others:
+        networks, (basis, *others) = zip(*parts, strict=True)
+        for other in others:
             basis = basis.concatenate(other)
-        return cls(
-            full, garment, vertex_ids, source, (first, *(each for each, _ in others)), basis.at_vertices(vertex_ids)
-        )
-
-    @property
-    def bones(self) -> str:
-        """What moves the bones: `ropes` (simulated rope chains) or `learned` (a network)."""
-        return "ropes" if self.source.learned is None else "learned"
+        return cls(full, garment, vertex_ids, source, networks, basis.at_vertices(vertex_ids))
 
     def start(self, posed: PosedBody) -> AnimatorRopesState:
         """Returns the State at rest, that of the full animator."""
@@ -90,8 +67,8 @@ class AnimatorRopesLevel(LevelOf):
         Returns:
             The State after, and the remaining vertices in the world (verts, 3) [m].
         """
-        bones, moved = self.source.step(state.bones, posed, dt, state.rest_bones)
-        return replace(state, bones=bones), self._vertices(state, posed, moved)
+        moving, moved = self.source.step(state.bones, posed, dt, state.rest_bones)
+        return replace(state, bones=moving), self._vertices(state, posed, moved)
 
     def follow(
         self, state: AnimatorRopesState, posed: PosedBody, dt: float, truth: Vertices

@@ -27,13 +27,19 @@ def fit_dataset(
 
     Raises:
         BadDataset: The takes are of several garments, or `fit.fit` refuses them.
+
+    Warns:
+        HemlineWarning: See `motion_range.warn_of_missing_motion` and `fit.fit`.
     """
     from hemline.animators.ropes.fit.fit import fit
+    from hemline.animators.ropes.fit.gather import TakeFrames
+    from hemline.animators.ropes.fit.motion_range import warn_of_missing_motion
     from hemline.datasets import Collection
 
     if isinstance(data, Collection):
         names = ", ".join(garment.name for garment in data.garments)
         raise BadDataset("rope chains are fitted to one garment", names, "name one dataset")
+    warn_of_missing_motion(TakeFrames.of(data))
     return fit(data, config, seed=seed, progress=progress, checkpoints=checkpoints)
 
 

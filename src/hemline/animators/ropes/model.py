@@ -15,7 +15,6 @@ from hemline.animators.ropes.bones.bone_correction import BoneCorrection
 from hemline.animators.ropes.bones.bone_source import BoneSource
 from hemline.animators.ropes.bones.bones import bones_of_mesh, rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
-from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.animators.ropes.bones.reading import read_ropes
 from hemline.animators.ropes.springs import DEFAULT_CONSTANTS
 from hemline.arrays import Nodes, Vertices
@@ -33,18 +32,8 @@ from .animator_state import AnimatorRopesState
 from .config import RopesConfig
 from .detail import AnimatorRopesLevel
 
-VERSION = 4
+VERSION = 5
 """Version of rope chains in model files, key `ropes.version`; version 1 had no such key."""
-NETWORK_VERSION = 3
-"""Version whose bone correction is a network; it is read, too."""
-_FORMER_OPTIONS = (
-    "correction_hidden",
-    "correction_epochs",
-    "correction_rate",
-    "correction_collision_weight",
-    "prior_weight",
-)
-"""Options of the fit that only models of that version hold."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +42,8 @@ class AnimatorRopes:
 
     $$x = A_\mathrm{key}\,(x_\mathrm{rest} + B_1 c_1(d) + B_2 c_2(d))$$
 
-    with $d$ the displacements of all bones from rest in the frame of the key joint, and $c_1$, $c_2$ two networks.
-    The bones are those of `BoneSource`: ropes, or learned bones with ropes in reserve.
+    with $d$ the displacements of all bones from rest in the frame of the key joint (`BoneSource`), and $c_1$, $c_2$ two
+    networks, or linear maps where no network is better.
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Sections 7 and 8. Differs: on other body shapes than the fitted one the rest drape is moved as
@@ -69,13 +58,11 @@ class AnimatorRopes:
     shape_basis: PackedBasis
     skinning: Mlp
     shape: Mlp
-    correction: BoneCorrection | Mlp
-    """Correction of the ropes' bones (in models of format 3 a network); other bones need none."""
+    correction: BoneCorrection
+    """Correction of the ropes' bones; simulated bones need none."""
     body_name: str
     body_hash: str
     config: RopesConfig
-    learned: LearnedBones | None = None
-    """A second source of bones, which plays wherever it is within the range of its training."""
     springs: SpringConstants = DEFAULT_CONSTANTS
     """Constants of spring bones, with which engines swing the chains without hemline."""
     figures: Mapping[str, float] = field(default_factory=dict)
@@ -98,15 +85,10 @@ class AnimatorRopes:
         """Index of the key joint."""
         return JOINT_NAMES.index(self.garment.key_joint)
 
-    @property
-    def bones(self) -> str:
-        """Source of the bones: `ropes`, or `learned` with ropes in reserve."""
-        return "ropes" if self.learned is None else "learned"
-
     @cached_property
     def source(self) -> BoneSource:
         """Source of the bones' displacements."""
-        return BoneSource(self.ropes, self.correction, self.learned)
+        return BoneSource(self.ropes, self.correction)
 
     def start(self, posed: PosedBody) -> AnimatorRopesState:
         """Returns the State at rest on a body, of any shape, in its first pose.
@@ -188,8 +170,6 @@ class AnimatorRopes:
             "shape": self.shape.arrays(),
             "correction": self.correction.arrays(),
         }
-        if self.learned is not None:
-            parts["learned"] = self.learned.arrays()
         arrays = {f"{name}.{key}": array for name, named in parts.items() for key, array in named.items()}
         save_model(
             path,
@@ -200,13 +180,8 @@ class AnimatorRopes:
             config=asdict(self.config),
             figures=self.figures,
             licences=self.licences,
-            extra={"ropes": self.ropes.metadata() | self._bones_metadata()},
+            extra={"ropes": self.ropes.metadata() | {"version": VERSION, "springs": self.springs.metadata()}},
         )
-
-    def _bones_metadata(self) -> dict[str, Any]:
-        learned = {} if self.learned is None else {"learned": self.learned.metadata()}
-        version = NETWORK_VERSION if isinstance(self.correction, Mlp) else VERSION
-        return {"version": version, "bones": self.bones, "springs": self.springs.metadata()} | learned
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
@@ -217,8 +192,7 @@ class AnimatorRopes:
                 shape that does not fit the others.
         """
         ropes_metadata = entry(metadata, "ropes", dict)
-        version = ropes_metadata.get("version", 1)
-        _check_version(version)
+        _check_version(ropes_metadata.get("version", 1))
         garment = garment_of(arrays, metadata)
         with damage_as_bad_model("the model's ropes"):
             ropes = read_ropes(part(arrays, "ropes"), ropes_metadata)
@@ -232,13 +206,6 @@ class AnimatorRopes:
         second = PackedBasis.of(part(arrays, "shape_basis"), vertex_count=count)
         skinning = Mlp.of(part(arrays, "skinning"), inputs=inputs, outputs=first.mode_count)
         shape = Mlp.of(part(arrays, "shape"), inputs=inputs, outputs=second.mode_count)
-        found = part(arrays, "correction")
-        correction = (
-            Mlp.of(found, inputs=inputs, outputs=inputs)
-            if version == NETWORK_VERSION
-            else BoneCorrection.of(found, rows=inputs)
-        )
-        learned = _read_learned(arrays, ropes_metadata, ropes)
         body = entry(metadata, "body", dict)
         figures = entry(metadata, "figures", dict)
         if not all(isinstance(value, int | float) for value in figures.values()):
@@ -251,12 +218,11 @@ class AnimatorRopes:
             second,
             skinning,
             shape,
-            correction,
+            BoneCorrection.of(part(arrays, "correction"), rows=inputs),
             body_name=entry(body, "name", str),
             body_hash=entry(body, "hash", str),
-            config=_read_config(entry(metadata, "config", dict)),
-            learned=learned,
-            springs=_read_springs(ropes_metadata),
+            config=options_of(RopesConfig, entry(metadata, "config", dict), error=BadModel),
+            springs=SpringConstants.of(entry(ropes_metadata, "springs", dict)),
             figures=figures,
             licences=tuple(str(text) for text in entry(metadata, "licences", list)),
         )
@@ -276,31 +242,11 @@ class AnimatorRopes:
         return rest, rest_bones(self.ropes, rest, shaped)
 
 
-def _read_config(values: Mapping[str, Any]) -> RopesConfig:
-    kept = {name: value for name, value in values.items() if name not in _FORMER_OPTIONS}
-    return options_of(RopesConfig, kept, error=BadModel)
-
-
 def _check_version(found: Any) -> None:
-    if found not in (NETWORK_VERSION, VERSION):
+    if found != VERSION:
         newer = isinstance(found, int) and found > VERSION
         cure = "upgrade hemline" if newer else "fit again with 'hemline fit'"
         raise BadModel(f"this hemline reads version {VERSION} of rope chains", f"version {found}", cure)
-
-
-def _read_learned(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any], ropes: Ropes) -> LearnedBones | None:
-    source = entry(metadata, "bones", str)
-    if source not in ("ropes", "learned"):
-        raise BadModel("bones of the model are 'ropes' or 'learned'", repr(source), AGAIN)
-    if source == "ropes":
-        return None
-    rows = 3 * (ropes.node_count - len(ropes.kinematic))
-    return LearnedBones.of(part(arrays, "learned"), entry(metadata, "learned", dict), rows=rows)
-
-
-def _read_springs(metadata: Mapping[str, Any]) -> SpringConstants:
-    """Returns the constants of spring bones; files of earlier versions have none."""
-    return SpringConstants.of(entry(metadata, "springs", dict)) if "springs" in metadata else DEFAULT_CONSTANTS
 
 
 def _trim_zeros(betas: np.ndarray) -> np.ndarray:

@@ -1,1 +1,1 @@
-"""The bones that carry a garment while it plays: rope chains, learned bones, and bones carried by the body."""
+"""The bones that carry a garment while it plays: rope chains, their correction, and bones carried by the body."""

@@ -10,7 +10,7 @@ from hemline.arrays import Float
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of
 
-from .body_inputs import CORRECTION_INPUT_COUNT, CORRECTION_REST_INPUTS
+from .body_inputs import BODY_INPUT_COUNT, REST_INPUTS
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,7 @@ class BoneCorrection:
     $$\Delta d = N^T A\,[M d,\; b - b_\mathrm{rest}]$$
 
     with $d$ the displacements of all bones from rest in the frame of the key joint, $M$ their principal directions, $N$
-    those of the output, and $b$ the motion of the body (`body_inputs.correction_inputs`), clipped to the range of the
+    those of the output, and $b$ the motion of the body (`body_inputs.body_inputs`), clipped to the range of the
     training. It is zero where body and ropes are at rest, so the settled drape stays an equilibrium.
 
     Source: ours. Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
@@ -45,9 +45,9 @@ class BoneCorrection:
 
         Args:
             moved: Displacements of all bones of the ropes [m].
-            body: Motion of the body, see `body_inputs.correction_inputs`.
+            body: Motion of the body, see `body_inputs.body_inputs`.
         """
-        seen = (np.clip(body, self.low, self.high) - CORRECTION_REST_INPUTS).astype(np.float32)
+        seen = (np.clip(body, self.low, self.high) - REST_INPUTS).astype(np.float32)
         inputs = np.concatenate([moved @ self.modes.T, seen], axis=-1)
         return inputs @ self.matrix.T @ self.outputs
 
@@ -73,7 +73,7 @@ class BoneCorrection:
         modes, outputs = (array_of(arrays, name, "float32", (None, rows)) for name in ("modes", "outputs"))
         if not (len(modes) and len(outputs)):
             raise BadModel("the bone correction of the model has no modes", 0, AGAIN)
-        seen = CORRECTION_INPUT_COUNT
+        seen = BODY_INPUT_COUNT
         low, high = (array_of(arrays, name, "float32", (seen,)) for name in ("low", "high"))
         if (low > high).any():
             raise BadModel("ranges of the bone correction are ordered", "a lower limit above the upper one", AGAIN)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hemline.arrays import Float, Nodes, Vertices
+from hemline.arrays import Nodes, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
 
 from .chains import Ropes
@@ -25,10 +25,3 @@ def bones_of_mesh(ropes: Ropes, vertices: Vertices, posed: PosedBody) -> Nodes:
 def rest_bones(ropes: Ropes, rest: Vertices, shaped: ShapedBody) -> Nodes:
     """Returns the positions of all bones in the rest drape on a body in its rest pose [m], float64."""
     return bones_of_mesh(ropes, rest, shaped.posed(shaped.rest_pose))
-
-
-def margins_of(ropes: Ropes, clearance: float) -> Float[np.ndarray, " free"]:
-    """Returns the distance that each free bone keeps from the body's primitives: the smaller of `clearance` and the
-    distance at rest [m].
-    """
-    return np.minimum(clearance, ropes.chains.clearances[ropes.parents >= 0])

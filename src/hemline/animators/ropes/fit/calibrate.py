@@ -38,22 +38,19 @@ def calibrate(
     *,
     window_seconds: float = 1.3,
     window_count: int = 36,
-    gradient_steps: int = 0,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Ropes:
     """Returns the ropes with the constants that bring them closest to simulated bones.
 
     A compass search over springs and damping multiplies and divides each constant by a factor, keeps what helps, and
-    shrinks the factor. Gradient descent on trajectories may follow (`descend.descend`) and is kept where it helps. Air
-    and friction are those of the material (`RopeConstants.of_material`) and stay: fitted, they would make up for other
-    errors in the windows and be wrong at other speeds. Some of the windows are those in which the body moves fastest.
-    The error of a window that starts from the ground truth is the
-    distance to it plus the error of the trembling; otherwise ropes that shake around the right place would win. The
-    geometric mean over the windows counts; otherwise the few windows of the wildest clips, which no constants bring
-    near, would decide alone. Added is the error of ropes that were shoved and have stood still since, against the
-    settled drape. Lengths and clearances are those of the drape: ropes as long as the simulated spans would hang
-    differently, and bones with the clearances of simulated ones would lie inside the body, since the primitives are
-    not exactly the body.
+    shrinks the factor. Air and friction are those of the material (`RopeConstants.of_material`) and stay: fitted, they
+    would make up for other errors in the windows and be wrong at other speeds. Some of the windows are those in which
+    the body moves fastest. The error of a window that starts from the ground truth is the distance to it plus the error
+    of the trembling; otherwise ropes that shake around the right place would win. The geometric mean over the windows
+    counts; otherwise the few windows of the wildest clips, which no constants bring near, would decide alone. Added is
+    the error of ropes that were shoved and have stood still since, against the settled drape. Lengths and clearances
+    are those of the drape: ropes as long as the simulated spans would hang differently, and bones with the clearances
+    of simulated ones would lie inside the body, since the primitives are not exactly the body.
 
     Args:
         ropes: Ropes built on the garment that was simulated, and the constants to begin with.
@@ -62,7 +59,6 @@ def calibrate(
         window_seconds: Length of a window [s].
         window_count: Number of windows. Two thirds of them are spread evenly over all clips; the others are those in
             which the body moves farthest.
-        gradient_steps: Gradient steps after the search; they need torch.
         progress: Called with "ropes", tries done and the largest number of tries.
 
     Returns:
@@ -73,7 +69,7 @@ def calibrate(
 
     Source: Jin, Omens, Geng, Teran, Kumar, Tashiro, Fedkiw, "A Neural-Network-Based Approach for Loose-Fitting
         Clothing", 2024, Section 10 (constants from ground truth by differentiable ropes, future work there).
-        Differs: a search without derivatives comes first.
+        Differs: a search without derivatives.
     """
     windows, standing = _windows(ropes, shaped, clips, window_seconds, window_count), shaped.posed(shaped.rest_pose)
     error = _cost(ropes, windows, standing)
@@ -90,10 +86,6 @@ def calibrate(
                 if found < error:
                     best, error = candidate, found
                     break
-    for candidate in _descend(ropes.with_constants(best), windows, limits, gradient_steps) if gradient_steps else ():
-        found = _cost(ropes.with_constants(candidate), windows, standing)
-        if found < error:
-            best, error = candidate, found
     return ropes.with_constants(best)
 
 
@@ -144,23 +136,6 @@ def _windows(ropes: Ropes, shaped: "ShapedBody", clips: Sequence[Clip], seconds:
             ([shaped.posed(motion[frame]) for frame in frames], bones[frames.start : frames.stop], 1 / motion.fps)
         )
     return windows
-
-
-def _descend(ropes: Ropes, windows: list[Window], limits: dict[str, float], steps: int) -> Iterator[RopeConstants]:
-    """Yields constants down the gradient, from the windows with the time step of the first one."""
-    from hemline.animators.ropes.fit.gradient.descend import descend
-
-    dt = windows[0][2]
-    starts = [
-        (
-            _start_window(ropes, bodies, bones, dt),
-            [ropes.primitives.joint_frames(body) for body in bodies[2:]],
-            bones[2:],
-        )
-        for bodies, bones, each in windows
-        if each == dt
-    ]
-    return descend(ropes, starts, dt, limits, steps=steps, smallest=_SMALLEST_CONSTANT, tremble=_TREMBLE_SECONDS)
 
 
 def _cost(ropes: Ropes, windows: list[Window], standing: "PosedBody") -> float:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hemline.animators.ropes.bones.body_inputs import CORRECTION_REST_INPUTS
+from hemline.animators.ropes.bones.body_inputs import REST_INPUTS
 from hemline.animators.ropes.bones.bone_correction import BoneCorrection
 from hemline.arrays import Float
 from hemline.learning.pca import principal_of_map
@@ -38,7 +38,7 @@ def fit_correction(frames: KeyFrames, components: int, noises: Sequence[float] =
     modes = (modes * frames.free).astype(np.float32)
     missing = (frames.bones - frames.rope_bones) * frames.free
     body = frames.body[train]
-    inputs = np.concatenate([frames.rope_bones[train] @ modes.T, body - CORRECTION_REST_INPUTS], axis=1)
+    inputs = np.concatenate([frames.rope_bones[train] @ modes.T, body - REST_INPUTS], axis=1)
     deviations = np.maximum(inputs.std(axis=0), SMALLEST_DEVIATION)
     low, high = body.min(axis=0).astype(np.float32), body.max(axis=0).astype(np.float32)
     best, least = None, np.inf
@@ -58,3 +58,23 @@ def bone_error_m(frames: KeyFrames, missing: Float[np.ndarray, "frames ins"], co
     """Returns the mean distance of corrected bones to simulated ones on validation data [m]."""
     left = missing[frames.val] - correction(frames.rope_bones[frames.val], frames.body[frames.val])
     return float(np.linalg.norm(left.reshape(len(left), -1, 3), axis=2).mean())
+
+
+def worst_correction(frames: KeyFrames, played: Float[np.ndarray, "held_out ins"]) -> float:
+    """Returns the largest mean distance of corrected bones in a validation take, as a ratio to that of the ropes.
+
+    Up to 1 the correction improves each of these takes.
+
+    Args:
+        frames: Bones of the simulation and of the ropes, and the split.
+        played: Displacements of all bones in the frames of the validation and test split, in order [m].
+    """
+    held_out, ratios = np.flatnonzero(frames.side > 0), []
+    for take in np.unique(frames.take[frames.val]):
+        some = frames.take[held_out] == take
+        truth, ropes = (each[held_out[some]] * frames.free for each in (frames.bones, frames.rope_bones))
+        before, after = (
+            np.linalg.norm((truth - each).reshape(-1, 3), axis=1).mean() for each in (ropes, played[some] * frames.free)
+        )
+        ratios.append(float(after / max(before, 1e-9)))
+    return max(ratios)

@@ -3,7 +3,6 @@
 import importlib.util
 import math
 import warnings
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +11,8 @@ from hemline.animators.base import Progress
 from hemline.animators.checkpoints import checkpoint_folder
 from hemline.animators.ropes.bones.bone_correction import BoneCorrection
 from hemline.animators.ropes.bones.bone_source import BoneSource
+from hemline.animators.ropes.bones.bones import rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
-from hemline.animators.ropes.bones.learned_bones import LearnedBones
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.model import AnimatorRopes
 from hemline.animators.terms import garment_terms
@@ -26,13 +25,12 @@ from hemline.garments.garment import Garment
 from hemline.garments.hanging import HANGING_DISTANCE, LITTLE_HANGS, hanging_percent
 from hemline.motions.terms import as_stated
 
-from .correction import fit_correction
+from .correction import fit_correction, worst_correction
 from .fit_figures import figures_of_bones
 from .fit_ropes import fit_ropes
 from .frames import KeyFrames
 from .gather import TakeFrames, gather
 from .learn import learn
-from .learn_bones import learn_bones, play_bones
 from .training_set import MeshNetworks
 
 
@@ -72,8 +70,8 @@ def fit(
         Clothing", 2024, Sections 7 to 9. Differs: see `learn.learn` and `networks.train_network`.
     """
     config = config or RopesConfig()
-    if (config.epochs or config.bones != "ropes" or config.gradient_steps) and not importlib.util.find_spec("torch"):
-        raise MissingExtra("torch", "learn", "fitting rope chains (but for --epochs 0 --bones ropes)")
+    if config.epochs and not importlib.util.find_spec("torch"):
+        raise MissingExtra("torch", "learn", "training networks of rope chains")
     garment = dataset.garment
     source = TakeFrames.of(dataset)
     shaped = dataset.body.shaped(garment.body_betas)
@@ -84,14 +82,13 @@ def fit(
         ropes, figures_of_ropes = fit_ropes(source, shaped, rest, config, progress)
         rope_figures |= figures_of_ropes
     with checkpoint_folder(checkpoints) as folder:
-        frames, clearances = gather(source, ropes, folder, mirror=config.mirror, progress=progress)
+        frames, clearances = gather(
+            source, ropes, folder, mirror=config.mirror, clear=config.epochs > 0, progress=progress
+        )
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
         fitted = fit_correction(frames, config.correction_components)
-        correction, correction_figures = choose_correction(frames, learned.mesh_networks, fitted)
-        bones = BoneSource(ropes, correction, None)
-        learned_bones, figures = _fit_learned_bones(
-            source, bones, frames, learned.mesh_networks, config, seed, progress, folder
-        )
+        played = play_bones(source, BoneSource(ropes, fitted))
+        correction, correction_figures = choose_correction(frames, learned.mesh_networks, fitted, played)
     return AnimatorRopes(
         garment,
         ropes,
@@ -104,8 +101,7 @@ def fit(
         body_name=garment.body_name,
         body_hash=shaped.body.hash,
         config=config,
-        learned=learned_bones,
-        figures=learned.figures | rope_figures | correction_figures | figures,
+        figures=learned.figures | rope_figures | correction_figures,
         licences=_licences(source, shaped),
     )
 
@@ -125,7 +121,10 @@ def warn_if_close(garment: Garment, percent: float) -> None:
 
 
 def choose_correction(
-    frames: KeyFrames, mesh_networks: MeshNetworks, correction: BoneCorrection
+    frames: KeyFrames,
+    mesh_networks: MeshNetworks,
+    correction: BoneCorrection,
+    played: Float[np.ndarray, "held_out ins"],
 ) -> tuple[BoneCorrection, dict[str, float]]:
     """Returns the bone correction, or one without effect where it increases the error on held-out takes.
 
@@ -133,56 +132,35 @@ def choose_correction(
         frames: The frames, with the bones of the ropes.
         mesh_networks: Both networks from bones to mesh.
         correction: The correction that was fitted.
+        played: Displacements of all bones in the held-out frames as played with it, see `play_bones` [m].
 
     Returns:
         The correction for playing; the figures `val_uncorrected_error_mm`, `val_corrected_error_mm` and those of the
-        test split.
+        test split; and `val_worst_correction`, the largest mean distance of the corrected bones in a validation take,
+        as a ratio to that without the correction.
     """
-    held_out = frames.rope_bones[frames.side > 0]
-    figures = figures_of_bones(frames, mesh_networks, "uncorrected", held_out)
-    figures |= figures_of_bones(frames, mesh_networks, "corrected", _corrected(frames, correction))
+    figures = figures_of_bones(frames, mesh_networks, "uncorrected", frames.rope_bones[frames.side > 0])
+    figures |= figures_of_bones(frames, mesh_networks, "corrected", played)
+    if len(frames.val):
+        figures["val_worst_correction"] = worst_correction(frames, played)
     worse = figures.get("val_corrected_error_mm", 0.0) > figures.get("val_uncorrected_error_mm", math.inf)
     return correction.with_zero_output() if worse else correction, figures
 
 
-def _corrected(frames: KeyFrames, correction: BoneCorrection) -> Float[np.ndarray, "held_out ins"]:
-    """Returns the corrected displacements of the ropes' bones on held-out takes [m]."""
-    some = frames.side > 0
-    return frames.rope_bones[some] + correction(frames.rope_bones[some], frames.body[some])
-
-
-def _fit_learned_bones(
-    source: TakeFrames,
-    rope_source: BoneSource,
-    frames: KeyFrames,
-    mesh_networks: MeshNetworks,
-    config: RopesConfig,
-    seed: int,
-    progress: Progress | None,
-    folder: Path,
-) -> tuple[LearnedBones | None, dict[str, float]]:
-    """Returns the learned bones, unless ropes are configured or better on validation, and the errors of both."""
-    correction = rope_source.correction
-    assert isinstance(correction, BoneCorrection)
-    held_out = _corrected(frames, correction)
-    figures = figures_of_bones(frames, mesh_networks, "ropes", held_out)
-    if config.bones == "ropes":
-        return None, figures | _own_figures_of(figures, "ropes")
-    bones = learn_bones(source, rope_source.ropes, config, seed=seed, progress=progress, folder=folder)
-    moved = play_bones(source, replace(rope_source, learned=bones)) if len(held_out) else held_out
-    figures |= figures_of_bones(frames, mesh_networks, "learned", moved)
-    better = figures.get("val_learned_error_mm", math.inf) < figures.get("val_ropes_error_mm", math.inf)
-    chosen = "learned" if config.bones == "learned" or better else "ropes"
-    return bones if chosen == "learned" else None, figures | _own_figures_of(figures, chosen)
-
-
-def _own_figures_of(figures: dict[str, float], chosen: str) -> dict[str, float]:
-    """Returns the errors of the chosen source as `*_own_error_mm`."""
-    return {
-        name.replace(f"_{chosen}_", "_own_"): value
-        for name, value in figures.items()
-        if name.endswith(f"_{chosen}_error_mm")
-    }
+def play_bones(source: TakeFrames, bones: BoneSource) -> Float[np.ndarray, "held_out ins"]:
+    """Returns displacements of all bones in playing the held-out takes, one after the other without lead-ins [m]."""
+    displacements = [np.zeros((0, 3 * bones.ropes.node_count), np.float32)]
+    for take, side, shape in source.takes():
+        if side == 0:
+            continue
+        shaped = source.shaped[shape]
+        rest = rest_bones(bones.ropes, source.rests[shape], shaped)
+        state, moved = bones.start(shaped.posed(take.motion[0])), []
+        for index in range(len(take.motion)):
+            state, each = bones.step(state, shaped.posed(take.motion[index]), 1 / take.motion.fps, rest)
+            moved.append(each)
+        displacements.append(np.stack(moved)[take.clip_frames])
+    return np.concatenate(displacements)
 
 
 def _licences(source: TakeFrames, shaped: ShapedBody) -> tuple[str, ...]:

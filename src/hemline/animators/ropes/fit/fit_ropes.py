@@ -11,13 +11,16 @@ import numpy as np
 from hemline.animators.base import Progress
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.config import RopesConfig
-from hemline.animators.ropes.layout.layout import build_ropes, layout_fault
+from hemline.animators.ropes.layout.fault import layout_fault
+from hemline.animators.ropes.layout.layout import build_ropes
+from hemline.animators.ropes.layout.plan import FramesInKey
 from hemline.animators.ropes.mechanics.constants import AIR_DENSITY, RopeConstants
-from hemline.arrays import FramesOfVertices, Vertices
+from hemline.arrays import Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Row
 from hemline.datasets.take import take_metadata
 from hemline.errors import BadGarment, HemlineWarning
+from hemline.garments.garment import Garment
 from hemline.learning.key_frame import to_key_frame
 from hemline.motions import JOINT_NAMES
 
@@ -28,8 +31,8 @@ WINDOW_SECONDS, SHORTEST_CLIP_SECONDS = 1.3, 1.0
 """Length of the windows to which constants are fitted, and of the shortest clips from which they are taken [s]."""
 MAX_CLIPS = 24
 """Largest number of clips that the constants are fitted to."""
-MAX_SSDR_FRAMES = 80
-"""Largest number of frames of a skinning decomposition."""
+MAX_SAMPLED_FRAMES = 80
+"""Largest number of frames that show where cloth swings, and where it follows the body."""
 
 
 def fit_ropes(
@@ -59,25 +62,26 @@ def fit_ropes(
         bone_counts=(config.chain_bones - 1, config.chain_bones + 1),
         strain_p99=strain,
         constants=RopeConstants.of_material(garment.material, _air_density(source)),
+        least_swing=config.least_swing,
     )
+    frames = sample_frames(source, shaped)
     if config.layout == "auto" and not garment.chains:
-        ropes = _place_chains(source, shaped, build)
+        ropes = _place_chains(garment, build, frames)
     else:
         decomposed = config.layout in ("ssdr", "scattered")
-        frames = sample_frames(source, shaped) if decomposed else None
-        ropes = build(frames=frames, scattered=config.layout == "scattered")
-    train = _clips(source, ropes, shaped, train=True)
+        shown = frames.vertices if decomposed else None
+        ropes = build(frames=shown, scattered=config.layout == "scattered", carry=frames)
+    train = calibration_clips(source, ropes, shaped, train=True)
     if config.calibrate and train:
         ropes = calibrate(
             ropes,
             shaped,
             train,
             window_seconds=_window(train),
-            gradient_steps=config.gradient_steps,
             progress=progress,
         )
     figures = {}
-    for name, clips in (("train", train), ("held_out", _clips(source, ropes, shaped, train=False))):
+    for name, clips in (("train", train), ("held_out", calibration_clips(source, ropes, shaped, train=False))):
         if clips:
             figures[f"{name}_ropes_mm"] = bone_error_mm(ropes, shaped, clips, window_seconds=_window(clips))
     return ropes, figures
@@ -92,45 +96,46 @@ def _air_density(source: TakeFrames) -> float:
     return AIR_DENSITY
 
 
-def _place_chains(source: TakeFrames, shaped: ShapedBody, build: Callable[..., Ropes]) -> Ropes:
+def _place_chains(garment: Garment, build: Callable[..., Ropes], frames: FramesInKey) -> Ropes:
     """Lays chains along geodesic lines; where these do not suit the garment, through bones of a decomposition.
 
     Args:
-        source: The takes.
-        shaped: The body on the shape that the garment was made on.
+        garment: The garment.
         build: `build_ropes` with all arguments but the frames and whether the bones are scattered.
+        frames: Simulated frames.
 
     Warns:
         HemlineWarning: Geodesic lines do not suit the garment.
     """
-    garment = source.dataset.garment
     try:
-        ropes = build()
-        fault = layout_fault(garment, ropes)
+        fault = layout_fault(garment, build())
         if fault is None:
-            return ropes
+            return build(carry=frames)
     except BadGarment as reason:
         fault = str(reason)
     what = f"chains from the rim to the hem do not suit '{garment.name}'"
     cure = "a decomposition of the takes puts the bones instead (--layout scattered)"
     warnings.warn(HemlineWarning(what, fault, cure), stacklevel=2)
-    return build(frames=sample_frames(source, shaped), scattered=True)
+    return build(frames=frames.vertices, scattered=True, carry=frames)
 
 
-def sample_frames(source: TakeFrames, shaped: ShapedBody) -> FramesOfVertices:
-    """Returns frames sampled evenly from the takes to train on, in the frame of the key joint [m]."""
+def sample_frames(source: TakeFrames, shaped: ShapedBody) -> FramesInKey:
+    """Returns frames sampled evenly from the takes to train on."""
     key = JOINT_NAMES.index(source.dataset.garment.key_joint)
     rows = _rows(source, shaped, train=True)
-    each = max(1, MAX_SSDR_FRAMES // len(rows))
-    result = []
+    each = max(1, MAX_SAMPLED_FRAMES // len(rows))
+    vertices, skins = [], []
     for row in rows:
         take = source.dataset.take(row)
         some = take.clip_frames[np.linspace(0, len(take.clip_frames) - 1, min(each, row.clip_frames)).astype(int)]
         transforms, _ = shaped.transforms_of(take.motion.rotations[some], take.motion.translations[some])
-        result += [
-            to_key_frame(at[key].astype(np.float64), take.vertices[i]) for at, i in zip(transforms, some, strict=True)
-        ]
-    return np.array([result[i] for i in np.linspace(0, len(result) - 1, min(MAX_SSDR_FRAMES, len(result))).astype(int)])
+        for at, index in zip(transforms.astype(np.float64), some, strict=True):
+            vertices.append(to_key_frame(at[key], take.vertices[index]))
+            turned = at[key, :, :3].T @ at
+            turned[..., 3] -= at[key, :, :3].T @ at[key, :, 3]
+            skins.append(turned)
+    chosen = np.linspace(0, len(vertices) - 1, min(MAX_SAMPLED_FRAMES, len(vertices))).astype(int)
+    return FramesInKey(np.array([vertices[i] for i in chosen]), np.array([skins[i] for i in chosen]))
 
 
 def _window(clips: list[Clip]) -> float:
@@ -138,8 +143,15 @@ def _window(clips: list[Clip]) -> float:
     return min(WINDOW_SECONDS, max((len(motion) - 2) / motion.fps for motion, _ in clips))
 
 
-def _clips(source: TakeFrames, ropes: Ropes, shaped: ShapedBody, *, train: bool) -> list[Clip]:
-    """Returns poses and simulated bones of takes on this shape, spread evenly over the dataset."""
+def calibration_clips(source: TakeFrames, ropes: Ropes, shaped: ShapedBody, *, train: bool) -> list[Clip]:
+    """Returns poses and simulated bones of takes on one body shape, spread evenly over the dataset.
+
+    Args:
+        source: The takes.
+        ropes: The bones.
+        shaped: The body of that shape.
+        train: Take those to train on; otherwise the others.
+    """
     rows = _rows(source, shaped, train=train)
     result = []
     for index in np.unique(np.linspace(0, len(rows) - 1, min(MAX_CLIPS, len(rows))).astype(int)):

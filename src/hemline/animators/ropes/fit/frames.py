@@ -18,11 +18,13 @@ class KeyFrames:
     rope_bones: Float[np.ndarray, "frames ins"]
     """Displacement of the bones of simulated ropes from rest in the key frame [m], float32."""
     body: Float[np.ndarray, "frames body"]
-    """Motion of the body (`body_inputs.correction_inputs`), float32."""
+    """Motion of the body (`body_inputs.body_inputs`), float32."""
     free: Float[np.ndarray, " ins"]
     """1 for coordinates of simulated bones, 0 for those that the body carries."""
     side: Int[np.ndarray, " frames"]
     """Side of the split: 0 train, 1 val, 2 test. Clips are never divided."""
+    take: Int[np.ndarray, " frames"]
+    """Number of the take of each frame; a mirror image counts as a take."""
     mark: str
     """Hash of everything that the frames depend on."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline.animators.base import Progress
-from hemline.animators.ropes.bones.body_inputs import CORRECTION_INPUT_COUNT, BodyAtRest, correction_inputs
+from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, BodyAtRest, body_inputs
 from hemline.animators.ropes.bones.bones import rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.arrays import Float, FramesOfVertices, Int, Vertices
@@ -93,20 +93,26 @@ class _TrainingTake:
     """The frames of one take for the networks, as simulated or mirrored."""
 
     vertices: FramesOfVertices
-    clearances: Clearances
-    """Clearances in the world."""
+    clearances: Clearances | None
+    """Clearances in the world; None if none are wanted."""
     transforms: Float[np.ndarray, "frames joints 3 4"]
     rope_bones: Float[np.ndarray, "frames nodes 3"]
     """Bones of simulated ropes in the world [m]."""
     body: Float[np.ndarray, "frames body"]
-    """Motion of the body, see `body_inputs.correction_inputs`."""
+    """Motion of the body, see `body_inputs.body_inputs`."""
     side: int
     shape: int
 
 
 def gather(
-    source: TakeFrames, ropes: Ropes, folder: Path, *, mirror: bool, progress: Progress | None = None
-) -> tuple[KeyFrames, Clearances]:
+    source: TakeFrames,
+    ropes: Ropes,
+    folder: Path,
+    *,
+    mirror: bool,
+    clear: bool = True,
+    progress: Progress | None = None,
+) -> tuple[KeyFrames, Clearances | None]:
     """Gathers all frames in the frame of the key joint.
 
     Args:
@@ -114,10 +120,11 @@ def gather(
         ropes: The bones.
         folder: Displacements and clearances are mapped from files here: they may be larger than the memory.
         mirror: Add mirror images of the frames to train on, where garment and body are symmetric.
+        clear: Whether clearances are wanted, which take most of the time.
         progress: Called with "frames", frames done and in all.
 
     Returns:
-        The frames, and the clearances from the body for the collision term.
+        The frames, and the clearances from the body for the collision term, or None.
 
     Raises:
         BadOutput: The disk of that folder has too little room.
@@ -125,14 +132,16 @@ def gather(
     partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
     count, vertices = source.count_frames(mirrored=partner is not None), len(source.dataset.garment.vertices)
     displacements = create_mapped_array(folder / "displacements.npy", np.float32, (count, 3 * vertices))
-    normals = create_mapped_array(folder / "normals.npy", np.float16, (count, vertices, 3))
-    heights = create_mapped_array(folder / "heights.npy", np.float16, (count, vertices))
+    found = None
+    if clear:
+        normals = create_mapped_array(folder / "normals.npy", np.float16, (count, vertices, 3))
+        found = Clearances(normals, create_mapped_array(folder / "heights.npy", np.float16, (count, vertices)))
     bones, rope_bones = (np.empty((count, ropes.node_count, 3), np.float32) for _ in range(2))
-    body = np.empty((count, CORRECTION_INPUT_COUNT), np.float32)
-    sides = np.empty(count, np.int32)
+    body = np.empty((count, BODY_INPUT_COUNT), np.float32)
+    sides, takes = np.empty(count, np.int32), np.empty(count, np.int32)
     rests = [rest_bones(ropes, rest, shaped) for rest, shaped in zip(source.rests, source.shaped, strict=True)]
     first = 0
-    for frames_of_take in _training_takes(source, ropes, partner):
+    for number, frames_of_take in enumerate(_training_takes(source, ropes, partner, clear)):
         at, shape = slice(first, first + len(frames_of_take.vertices)), frames_of_take.shape
         keys = frames_of_take.transforms[:, ropes.key_index]
         displacements[at] = (_in_key(frames_of_take.vertices, keys) - source.rests[shape]).reshape(len(keys), -1)
@@ -141,9 +150,10 @@ def gather(
         bones[at] = _in_key(mesh_bones, keys) - rests[shape]
         rope_bones[at] = _in_key(frames_of_take.rope_bones, keys) - rests[shape]
         body[at] = frames_of_take.body
-        sides[at] = frames_of_take.side
-        normals[at] = np.einsum("fvi,fij->fvj", frames_of_take.clearances.normals, keys[:, :, :3])
-        heights[at] = frames_of_take.clearances.heights
+        sides[at], takes[at] = frames_of_take.side, number
+        if found is not None and frames_of_take.clearances is not None:
+            found.normals[at] = np.einsum("fvi,fij->fvj", frames_of_take.clearances.normals, keys[:, :, :3])
+            found.heights[at] = frames_of_take.clearances.heights
         first = at.stop
         if progress is not None:
             progress("frames", first, count)
@@ -156,28 +166,31 @@ def gather(
         body=body,
         free=free.reshape(-1),
         side=sides,
+        take=takes,
         mark=content_hash(source.mark, bones),
     )
-    return frames, Clearances(normals, heights)
+    return frames, found
 
 
-def _training_takes(source: TakeFrames, ropes: Ropes, partner: np.ndarray | None) -> Iterator[_TrainingTake]:
+def _training_takes(
+    source: TakeFrames, ropes: Ropes, partner: np.ndarray | None, clear: bool
+) -> Iterator[_TrainingTake]:
     for take, side, shape in source.takes():
         shaped, clip = source.shaped[shape], take.clip_frames
         at_rest = BodyAtRest(ropes.key_index, np.asarray(shaped.joints, np.float64))
         moving = _transforms(shaped, take)
         vertices = take.vertices[clip]
-        posed = [shaped.posed(take.motion[index]) for index in clip]
-        clear = clearances(vertices, [body.vertices for body in posed], [body.normals for body in posed])
+        near = _clearances(vertices, shaped, take) if clear else None
         rope_bones = _simulate_ropes(ropes, shaped, take.motion)[clip]
         body = _body_inputs(at_rest, moving, clip, take.motion.fps)
-        yield _TrainingTake(vertices, clear, moving[clip], rope_bones, body, side, shape)
+        yield _TrainingTake(vertices, near, moving[clip], rope_bones, body, side, shape)
         if partner is not None and side == 0:
             vertices, moving = mirror_vertices(vertices, partner), mirror_transforms(moving)
-            clear = Clearances(mirror_vertices(clear.normals, partner), clear.heights[:, partner])
+            if near is not None:
+                near = Clearances(mirror_vertices(near.normals, partner), near.heights[:, partner])
             rope_bones = _simulate_ropes(ropes, shaped, mirror_motion(take.motion))[clip]
             body = _body_inputs(at_rest, moving, clip, take.motion.fps)
-            yield _TrainingTake(vertices, clear, moving[clip], rope_bones, body, side, shape)
+            yield _TrainingTake(vertices, near, moving[clip], rope_bones, body, side, shape)
 
 
 def _body_inputs(
@@ -185,7 +198,13 @@ def _body_inputs(
 ) -> Float[np.ndarray, "clip body"]:
     """Returns the motion of the body in the frames of a clip, from the skin transforms of a whole take."""
     moving = moving.astype(np.float64)
-    return correction_inputs(at_rest, moving[np.maximum(clip - 1, 0)], moving[clip], 1 / fps)
+    return body_inputs(at_rest, moving[np.maximum(clip - 1, 0)], moving[clip], 1 / fps)
+
+
+def _clearances(vertices: FramesOfVertices, shaped: ShapedBody, take: Take) -> Clearances:
+    """Returns the clearances of the frames of a clip from the body, in the world."""
+    posed = [shaped.posed(take.motion[index]) for index in take.clip_frames]
+    return clearances(vertices, [body.vertices for body in posed], [body.normals for body in posed])
 
 
 def _transforms(shaped: ShapedBody, take: Take) -> Float[np.ndarray, "frames joints 3 4"]:

@@ -1,16 +1,8 @@
-// Corrections of the ropes' bones; animators/ropes/bones/bone_correction.
+// Linear correction of the ropes' bones; animators/ropes/bones/bone_correction.
 
-import { correctionInputs, REST_INPUTS } from "hemline/body_inputs.js";
-import { Mlp } from "hemline/networks.js";
+import { bodyInputs, REST_INPUTS } from "hemline/body_inputs.js";
 
-/** Makes the correction that a model holds: linear in bones and body, or in models of format 3 a network of the bones. */
-export function correctionOf(arrays, chains, kernels) {
-  if (arrays.modes) return new BoneCorrection(arrays, chains);
-  const network = new Mlp(arrays, kernels);
-  return { change: (moved) => network.run(moved) };
-}
-
-class BoneCorrection {
+export class BoneCorrection {
   constructor({ modes, matrix, outputs, low, high }, chains) {
     Object.assign(this, { modes, matrix, outputs, low, high, chains });
     [this.count, this.rows] = modes.shape;
@@ -19,7 +11,7 @@ class BoneCorrection {
   /** Returns the change of the displacements, between two poses `dt` apart [s]. */
   change(moved, then, now, dt) {
     const { modes, matrix, outputs, low, high, count, rows } = this, out = new Float64Array(rows);
-    const seen = correctionInputs(then, now, dt, this.chains), ins = count + seen.length, inputs = new Float64Array(ins);
+    const seen = bodyInputs(then, now, dt, this.chains), ins = count + seen.length, inputs = new Float64Array(ins);
     for (let k = 0, m = 0; k < count; k++) for (let n = 0; n < rows; n++, m++) inputs[k] += modes[m] * moved[n];
     seen.forEach((value, i) => (inputs[count + i] = Math.min(Math.max(value, low[i]), high[i]) - REST_INPUTS[i]));
     for (let k = 0; ins * k < matrix.length; k++) {

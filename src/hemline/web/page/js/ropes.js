@@ -1,18 +1,15 @@
 // A garment driven by rope chains; animators/ropes/model.
 
-import { correctionOf } from "hemline/bone_correction.js";
+import { BoneCorrection } from "hemline/bone_correction.js";
 import { BoneSource } from "hemline/bone_source.js";
 import { Chains } from "hemline/chains.js";
 import { part } from "hemline/container.js";
-import { LearnedBones } from "hemline/learned_bones.js";
 import { Mlp, PackedBasis } from "hemline/networks.js";
 
 export class Ropes {
   constructor(arrays, metadata, kernels) {
     const own = part(arrays, "ropes"), chains = new Chains(own, metadata.constants, metadata.key);
-    const learned = metadata.learned
-      && new LearnedBones({ ...part(arrays, "learned"), rest: own.rest_bones }, metadata.learned, chains, kernels);
-    this.source = new BoneSource(chains, correctionOf(part(arrays, "correction"), chains, kernels), learned, own.rest_bones);
+    this.source = new BoneSource(chains, new BoneCorrection(part(arrays, "correction"), chains), own.rest_bones);
     this.networks = ["skinning", "shape"].map((name) => new Mlp(part(arrays, name), kernels));
     this.basis = new PackedBasis(["skinning_basis", "shape_basis"].map((name) => part(arrays, name)), kernels);
     this.key = metadata.key;

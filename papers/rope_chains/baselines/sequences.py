@@ -1,21 +1,21 @@
-"""The simulated bones of all takes, frame after frame: the training set of learned bones."""
+"""The simulated bones of all takes, frame after frame: the training set of recurrent networks."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from hemline.animators.ropes.bones.body_inputs import BODY_INPUT_COUNT, BodyAtRest, body_inputs
-from hemline.animators.ropes.bones.bones import margins_of, rest_bones
+from hemline.animators.ropes.bones.body_inputs import BodyAtRest
+from hemline.animators.ropes.bones.bones import rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
+from hemline.animators.ropes.fit.gather import TakeFrames
 from hemline.arrays import Float, Int
-from hemline.collide.primitives.body_primitives import Colliders
 from hemline.learning.mirror import mirror_of, mirror_transforms, mirror_vertices
 
-from .gather import TakeFrames
+from .motion_inputs import MOTION_INPUT_COUNT, motion_inputs
 
 STANDING_SECONDS = 10.0
-"""Time that each body shape stands still in the training set, so that displaced bones learn to return to rest [s]."""
+"""Time that each body shape stands still in the training set, so that networks learn the drape at rest [s]."""
 
 
 @dataclass(frozen=True)
@@ -23,29 +23,15 @@ class Sequences:
     """Frames of all takes one after the other, lead-ins included; the first two of each take have no inputs."""
 
     body: Float[np.ndarray, "frames ins"]
-    """`body_inputs` of the step to each frame, float32."""
+    """`motion_inputs` of the step to each frame, float32."""
     bones: Float[np.ndarray, "frames free 3"]
     """Displacements of the simulated bones from rest in the key frame [m], float32."""
-    turns: Float[np.ndarray, "frames 3 3"]
-    """Rotation of vectors from the previous key frame into this one."""
-    shifts: Float[np.ndarray, "frames 3"]
-    """Origin of the previous key frame in this one [m]."""
     first: Int[np.ndarray, " frames"]
     """First frame of the take of each frame."""
     last: Int[np.ndarray, " frames"]
     """Last frame of the take of each frame."""
     side: Int[np.ndarray, " frames"]
     """0 train, 1 val, 2 test."""
-    rest: Float[np.ndarray, "shapes free 3"]
-    """The bones at rest on each body shape [m]."""
-    shape: Int[np.ndarray, " frames"]
-    """The body shape of each frame."""
-    margins: Float[np.ndarray, " free"]
-    """Distance that each bone keeps from the body's primitives [m]."""
-    frames: Float[np.ndarray, "frames joints 3 4"]
-    """Skin transforms in the frame of the key joint."""
-    colliders: Colliders
-    """The body's primitives, with shapes and centres for each body shape (bodies, prims, 16 and 4)."""
     dt: float
     """Time between frames [s]."""
 
@@ -62,13 +48,12 @@ class Sequences:
         return frames[here]
 
 
-def sequences(source: TakeFrames, ropes: Ropes, *, clearance: float, mirror: bool) -> Sequences:
+def sequences(source: TakeFrames, ropes: Ropes, *, mirror: bool) -> Sequences:
     """Gathers the bones of all takes, of mirror images of those to train on, and of bodies at rest.
 
     Args:
         source: The takes.
         ropes: The bones.
-        clearance: Distance that bones keep from the body's primitives, unless they are nearer at rest [m].
         mirror: Add mirror images of the takes to train on, where garment and body are symmetric.
     """
     partner = mirror_of(source.dataset.garment, source.shaped[0]) if mirror else None
@@ -77,48 +62,14 @@ def sequences(source: TakeFrames, ropes: Ropes, *, clearance: float, mirror: boo
     at_rest = [BodyAtRest(ropes.key_index, np.asarray(shaped.joints, np.float64)) for shaped in source.shaped]
     columns, first, dt = [], 0, 1 / 30
     for bones, transforms, side, shape, dt in _training_clips(source, ropes, free, partner):
-        body = np.zeros((len(bones), BODY_INPUT_COUNT), np.float32)
-        body[2:] = body_inputs(at_rest[shape], transforms[:-2], transforms[1:-1], transforms[2:], dt, dt)
-        keys = transforms[:, ropes.key_index]
+        count, keys = len(bones), transforms[:, ropes.key_index]
+        body = np.zeros((count, MOTION_INPUT_COUNT), np.float32)
+        body[2:] = motion_inputs(at_rest[shape], transforms[:-2], transforms[1:-1], transforms[2:], dt)
         placed = (bones - keys[:, None, :, 3]) @ keys[:, :, :3] - rests[shape]
-        turns, shifts = np.zeros((len(keys), 3, 3)), np.zeros((len(keys), 3))
-        turns[1:] = np.swapaxes(keys[1:, :, :3], 1, 2) @ keys[:-1, :, :3]
-        shifts[1:] = np.einsum("fab,fa->fb", keys[1:, :, :3], keys[:-1, :, 3] - keys[1:, :, 3])
-        count = len(bones)
-        full = [np.full(count, each, np.int32) for each in (first, first + count - 1, side, shape)]
-        columns.append((body, placed, turns, shifts, _in_key(transforms, ropes.key_index), *full))
+        full = [np.full(count, each, np.int32) for each in (first, first + count - 1, side)]
+        columns.append((body, placed.astype(np.float32), *full))
         first += count
-    body, placed, turns, shifts, frames, *full = (np.concatenate(each) for each in zip(*columns, strict=True))
-    starts, ends, sides, shapes = full
-    return Sequences(
-        body,
-        placed.astype(np.float32),
-        turns.astype(np.float32),
-        shifts.astype(np.float32),
-        starts,
-        ends,
-        sides,
-        np.stack(rests).astype(np.float32),
-        shapes,
-        margins_of(ropes, clearance),
-        frames.astype(np.float32),
-        _colliders(source, ropes),
-        dt,
-    )
-
-
-def _in_key(transforms: Float[np.ndarray, "frames joints 3 4"], key: int) -> Float[np.ndarray, "frames joints 3 4"]:
-    """Returns the skin transforms of each frame in the frame of its key joint."""
-    back = np.swapaxes(transforms[:, key, :, :3], 1, 2)
-    local = back[:, None] @ transforms
-    local[..., 3] -= np.einsum("fab,fb->fa", back, transforms[:, key, :, 3])[:, None]
-    return local
-
-
-def _colliders(source: TakeFrames, ropes: Ropes) -> Colliders:
-    states = [ropes.start(shaped.posed(shaped.rest_pose)) for shaped in source.shaped]
-    stacked = [np.stack([getattr(state, name) for state in states]) for name in ("shapes", "centres", "pivots")]
-    return Colliders(ropes.primitives.kinds, ropes.primitives.joints, *stacked)
+    return Sequences(*(np.concatenate(each) for each in zip(*columns, strict=True)), dt)
 
 
 def _training_clips(

@@ -1,4 +1,4 @@
-"""Pushing of learned bones out of the body's primitives, compiled."""
+"""Pushing of points out of the body's primitives, compiled."""
 
 import numpy as np
 
@@ -57,16 +57,3 @@ def push_points_out(kinds, joints, shapes, centres, frames, margins, points_out)
             points_out[i, 0] += depth * nx
             points_out[i, 1] += depth * ny
             points_out[i, 2] += depth * nz
-
-
-@kernel
-def push_rollouts_out(kinds, joints, shapes, centres, which, frames, margins, points_out):
-    """Pushes the points of many rollouts out of the primitives of their bodies.
-
-    Reads: kinds, joints (prims,); shapes (bodies, prims, 16), centres (bodies, prims, 4) [m]; which (rollouts,):
-        body of each rollout; frames (rollouts, joints, 3, 4); margins (points,) [m].
-    Writes: points_out (rollouts, points, 3): changed [m].
-    """
-    for n in range(points_out.shape[0]):
-        b = which[n]
-        push_points_out(kinds, joints, shapes[b], centres[b], frames[n], margins, points_out[n])

@@ -1,1 +1,0 @@
-"""The step of rope chains in torch, to fit their constants by gradient."""
