@@ -76,7 +76,7 @@ class BoneSource:
         """
         ropes, tracked = self.ropes.step(state.ropes, posed, dt), state.tracked
         before, now = state.ropes.frames, ropes.frames
-        if self.ropes.is_teleport(before, now, ropes.pivots, dt):
+        if self.ropes.is_moment(state.ropes, now, dt) or self.ropes.is_teleport(before, now, ropes.pivots, dt):
             key = self.ropes.key_index
             tracked = tracked.relocate(RigidTransform.between(before[key], now[key]))
             before = now

@@ -41,6 +41,8 @@ CHAIN_ARRAYS = (
 )
 CARRIAGE_ARRAYS = ("rest", "weights", "nearest", "nearest_rest")
 _TELEPORT_SPEED = 30.0
+_MOMENT, _MOMENT_DISTANCE = 0.004, 0.001
+"""Steps shorter than this may be moments, see `Ropes.is_moment` [s]; distance that is always allowed in them [m]."""
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 10.0
 """Shortest and longest duration of a step [s]. A longer one would take seconds that cannot be interrupted."""
 
@@ -172,6 +174,8 @@ class Ropes:
             cure = "take several steps, or play it with a Player, which takes any time"
             raise BadInput(f"a step of ropes takes from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s", f"dt = {dt}", cure)
         dt, frames = float(dt), self.primitives.joint_frames(posed)
+        if self.is_moment(state, frames, dt):
+            return self._carry_along(state, frames)
         if self.is_teleport(state.frames, frames, state.pivots, dt):
             state = self._follow_teleport(state, frames)
         motion, velocities = self.kinematic_motion(state, frames, dt), state.velocities
@@ -242,6 +246,32 @@ class Ropes:
         return math.sqrt(squared_displacement(old, new, self.key_index, pivots)) > max(
             self.constants.teleport, _TELEPORT_SPEED * dt
         )
+
+    def is_moment(self, state: RopesState, frames: Transforms, dt: float) -> bool:
+        """Returns whether a step is too short for the way of the body in it, which then says nothing about its speed.
+
+        A game that draws two frames at once asks for the next pose after microseconds.
+
+        Args:
+            state: The state before.
+            frames: Skin transforms of the body at the end of the step, float64.
+            dt: Length of the step [s].
+        """
+        if dt >= _MOMENT:
+            return False
+        moved = self.carriage.positions_in(frames, state.kinematic_rest) - state.positions[self.kinematic]
+        return bool(np.linalg.norm(moved, axis=1).max() > max(_MOMENT_DISTANCE, _TELEPORT_SPEED * dt))
+
+    def _carry_along(self, state: RopesState, frames: np.ndarray) -> RopesState:
+        """Returns the state moved rigidly with the key joint, with velocities and history as they were."""
+        old, new = state.frames[self.key_index], frames[self.key_index]
+        turn = new[:, :3] @ old[:, :3].T
+        positions = (state.positions - old[:, 3]) @ turn.T + new[:, 3]
+        positions[self.kinematic] = self.carriage.positions_in(frames, state.kinematic_rest)
+        turned = {
+            name: getattr(state, name) @ turn.T for name in ("velocities", "kinematic_velocities", "kinematic_rates")
+        }
+        return replace(state, positions=positions, frames=frames, **turned)
 
     def _follow_teleport(self, state: RopesState, frames: np.ndarray) -> RopesState:
         """Returns the state moved rigidly with the key joint, with velocities relative to it and without history."""

@@ -22,7 +22,7 @@ export class BoneSource {
   step(state, frames, dt) {
     const { chains, rest, free } = this, ropes = chains.step(state.ropes, frames, dt);
     let before = state.ropes.frames, { positions, velocities } = state;
-    if (chains.teleported(before, frames, dt)) {
+    if (chains.isMoment(state.ropes, frames, dt) || chains.teleported(before, frames, dt)) {
       const move = rigidBetween(before, frames, chains.key);
       positions = move.points(positions), velocities = move.vectors(velocities), before = frames;
     } else positions = positions.slice(), velocities = velocities.slice();

@@ -8,6 +8,7 @@ import { impulseDemand, pull, readChain, solveDirect, solveSweeps, tensionDemand
 import { moveNode } from "hemline/turns.js";
 
 const SPEED_LIMIT = 200, LONGEST_FRAME = 1 / 24, TELEPORT_SPEED = 30;
+const MOMENT = 0.004, MOMENT_DISTANCE = 0.001;
 
 export class Chains {
   /** `arrays` and `constants` are those that `web/ropes_part.py` writes. */
@@ -70,7 +71,8 @@ export class Chains {
 
   /** Returns the state `dt` later [s] on a posed body; the previous state is not changed. */
   step(before, frames, dt) {
-    let state = this.teleported(before.frames, frames, dt) ? this.#followTeleport(before, frames) : before;
+    if (this.isMoment(before, frames, dt)) return this.#carryAlong(before, frames);
+    const state = this.teleported(before.frames, frames, dt) ? this.#followTeleport(before, frames) : before;
     const motion = this.#kinematicMotion(state, frames, dt), { kinematic } = this;
     const positions = state.positions.slice(), velocities = state.velocities.slice(), tensions = state.tensions.slice();
     if (state.lastDt === 0) this.#moveAlong(motion.startRates, velocities);
@@ -95,6 +97,25 @@ export class Chains {
       total += distance * distance;
     }
     return Math.sqrt(total) > Math.max(this.constants.teleport, TELEPORT_SPEED * dt);
+  }
+
+  /** Whether a step is too short for the way of the body in it [s], which then says nothing about its speed. */
+  isMoment(state, frames, dt) {
+    if (dt >= MOMENT) return false;
+    const ends = this.kinematicPositions(frames), least = Math.max(MOMENT_DISTANCE, TELEPORT_SPEED * dt);
+    return this.kinematic.some((node, k) => Math.hypot(
+      ...[0, 1, 2].map((d) => ends[3 * k + d] - state.positions[3 * node + d]),
+    ) > least);
+  }
+
+  /** Returns the state moved rigidly with the key joint, with velocities and history as they were. */
+  #carryAlong(state, frames) {
+    const move = rigidBetween(state.frames, frames, this.key), positions = move.points(state.positions);
+    this.#setKinematic(this.kinematicPositions(frames), positions);
+    const [velocities, kinematicVelocities, kinematicRates] = [
+      state.velocities, state.kinematicVelocities, state.kinematicRates,
+    ].map((each) => move.vectors(each));
+    return { ...state, positions, velocities, kinematicVelocities, kinematicRates, frames };
   }
 
   /** Returns the state moved rigidly with the key joint, with relative velocities and without history. */
