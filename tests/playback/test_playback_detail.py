@@ -8,6 +8,7 @@ import pytest
 
 import hemline
 from hemline.animators.base import Detailed, Level
+from hemline.bench.detail import _measure
 from hemline.errors import BadInput
 from hemline.meshes import ClosestTree
 from hemline.playback import PlayerState, level_of, pixels_of
@@ -114,6 +115,13 @@ def test_cloth_does_not_jump_when_the_level_changes(players, dance, danced, one,
     moves = np.linalg.norm(stays.vertices[mine] - before.vertices[mine], axis=1)
     assert jump.mean() < min(0.25 * moves.mean(), fall.mean())
     assert np.percentile(jump, 99) < 0.75 * np.percentile(moves, 99)
+
+
+def test_the_benchmark_compares_a_level_with_the_same_vertices_of_the_full_garment(players, danced):
+    (_, whole), (_, frame), row = danced[1.0], danced[0.25], {}
+    _measure(players[0.25], [frame], [whole], row)
+    apart = np.linalg.norm(frame.vertices - whole.vertices[kept(players[0.25])], axis=1)
+    assert row["error"] == pytest.approx([1e3 * apart.mean()], rel=1e-5)
 
 
 def test_fine_offsets_of_vertices_that_stay_go_along(players, danced):

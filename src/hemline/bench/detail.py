@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from hemline import animators, bodies, metrics, motions
+from hemline.animators.base import Level
 from hemline.bodies import ShapedBody
 from hemline.collide import inside
 from hemline.meshes import rest_lengths
@@ -77,7 +78,8 @@ def _play(player: Player, motion: motions.Motion) -> list[Frame]:
 
 def _measure(player: Player, frames: list[Frame], full: list[Frame], row: dict[str, list[Any]]) -> None:
     """Adds the measurements of a clip to those of a level."""
-    garment, kept = player.garment, getattr(player.animator, "kept", slice(None))
+    garment, animator = player.garment, player.animator
+    kept = animator.vertex_ids if isinstance(animator, Level) else slice(None)
     edges, lengths = rest_lengths(garment.faces, garment.rest_edges)
     counted = ~np.isin(edges, garment.pins.vertices).all(axis=1)
     for number, (frame, whole) in enumerate(zip(frames, full, strict=True)):
