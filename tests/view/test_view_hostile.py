@@ -118,7 +118,8 @@ def test_the_browser_is_led_to_the_page_by_an_address_that_works_once(driver):
         until(lambda: connected(driver), "the page")
         assert driver.current_url.startswith(page.url)
         driver.get(once)
-        assert "Open the address that hemline shows in its terminal" in driver.page_source
+        refusal = "Open the address that hemline shows in its terminal"
+        until(lambda: refusal in driver.page_source, "the refusal")
 
 
 def test_names_and_errors_run_nothing_and_are_shown_as_they_are(driver):
