@@ -169,6 +169,17 @@ def test_a_fit_lays_bones_by_skinning_decomposition_where_asked(dataset, garment
     )
 
 
+def test_takes_on_other_bodies_only_lay_chains_from_the_rim_and_no_decomposition(dataset, garment, shaped):
+    source = TakeFrames.of(dataset)
+    rows = tuple(replace(row, betas=(1.0, *row.betas[1:])) for row in source.rows)
+    other = TakeFrames(dataset, rows, source.sides)
+    assert sample_frames(other, shaped) is None
+    ropes, figures = fit_ropes(other, shaped, garment.vertices, replace(TINY, layout="geodesic", chains=4), None)
+    assert len(ropes.chains.offsets) == 5 and not figures
+    with pytest.raises(BadDataset, match="other shapes of the body only; simulate clips without --betas"):
+        fit_ropes(other, shaped, garment.vertices, replace(TINY, layout="ssdr"), None)
+
+
 def test_mirrored_frames_are_for_training_only_and_are_mirror_images(dataset, garment, tmp_path):
     source, ropes = TakeFrames.of(dataset), build_ropes(garment, bodies.load("anny24").shaped(), rest=garment.vertices)
     frames, _ = gather(source, ropes, tmp_path, mirror=True)

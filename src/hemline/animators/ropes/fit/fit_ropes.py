@@ -15,11 +15,11 @@ from hemline.animators.ropes.layout.fault import layout_fault
 from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.ropes.layout.plan import FramesInKey
 from hemline.animators.ropes.mechanics.constants import AIR_DENSITY, RopeConstants
-from hemline.arrays import Vertices
+from hemline.arrays import FramesOfVertices, Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Row
 from hemline.datasets.take import take_metadata
-from hemline.errors import BadGarment, HemlineWarning
+from hemline.errors import BadDataset, BadGarment, HemlineWarning
 from hemline.garments.garment import Garment
 from hemline.learning.key_frame import to_key_frame
 from hemline.motions import JOINT_NAMES
@@ -50,6 +50,9 @@ def fit_ropes(
     Returns:
         The ropes, and the mean distance of their bones to the ground truth over windows of `WINDOW_SECONDS`, on the
         clips to train on and on the others [mm]. Shorter clips are ignored.
+
+    Raises:
+        BadDataset: Bones are laid by a decomposition, and no take is on that shape of the body.
     """
     strain = float(np.median([row.figures.get("edge_strain_p99", 0.02) for row in source.rows]))
     garment = source.dataset.garment
@@ -68,8 +71,7 @@ def fit_ropes(
     if config.layout == "auto" and not garment.chains:
         ropes = _place_chains(garment, build, frames)
     else:
-        decomposed = config.layout in ("ssdr", "scattered")
-        shown = frames.vertices if decomposed else None
+        shown = _shown(frames, garment) if config.layout in ("ssdr", "scattered") else None
         ropes = build(frames=shown, scattered=config.layout == "scattered", carry=frames)
     train = calibration_clips(source, ropes, shaped, train=True)
     if config.calibrate and train:
@@ -96,13 +98,16 @@ def _air_density(source: TakeFrames) -> float:
     return AIR_DENSITY
 
 
-def _place_chains(garment: Garment, build: Callable[..., Ropes], frames: FramesInKey) -> Ropes:
+def _place_chains(garment: Garment, build: Callable[..., Ropes], frames: FramesInKey | None) -> Ropes:
     """Lays chains along geodesic lines; where these do not suit the garment, through bones of a decomposition.
 
     Args:
         garment: The garment.
         build: `build_ropes` with all arguments but the frames and whether the bones are scattered.
-        frames: Simulated frames.
+        frames: Simulated frames; None if there are none on the shape of the body that the garment was made on.
+
+    Raises:
+        BadDataset: Lines do not suit the garment, and there are no frames.
 
     Warns:
         HemlineWarning: Geodesic lines do not suit the garment.
@@ -116,13 +121,23 @@ def _place_chains(garment: Garment, build: Callable[..., Ropes], frames: FramesI
     what = f"chains from the rim to the hem do not suit '{garment.name}'"
     cure = "a decomposition of the takes puts the bones instead (--layout scattered)"
     warnings.warn(HemlineWarning(what, fault, cure), stacklevel=2)
-    return build(frames=frames.vertices, scattered=True, carry=frames)
+    return build(frames=_shown(frames, garment), scattered=True, carry=frames)
 
 
-def sample_frames(source: TakeFrames, shaped: ShapedBody) -> FramesInKey:
-    """Returns frames sampled evenly from the takes to train on."""
+def _shown(frames: FramesInKey | None, garment: Garment) -> FramesOfVertices:
+    """Returns the vertices of simulated frames for a decomposition."""
+    if frames is None:
+        what = f"bones of '{garment.name}' are laid by takes on the body that it was made on"
+        raise BadDataset(what, "takes on other shapes of the body only", "simulate clips without --betas as well")
+    return frames.vertices
+
+
+def sample_frames(source: TakeFrames, shaped: ShapedBody) -> FramesInKey | None:
+    """Returns frames sampled evenly from the takes to train on, or None if there are none on this shape of the body."""
     key = JOINT_NAMES.index(source.dataset.garment.key_joint)
     rows = _rows(source, shaped, train=True)
+    if not rows:
+        return None
     each = max(1, MAX_SAMPLED_FRAMES // len(rows))
     vertices, skins = [], []
     for row in rows:
