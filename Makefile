@@ -39,7 +39,7 @@ demo: $(VENV)/.base
 	$(BIN)/hemline demo --out out/demo
 
 # simulates, fits, animates and evaluates a light cape in a few minutes
-demo-from-nothing: $(VENV)/.learn
+demo-from-nothing: $(VENV)/.base
 	$(BIN)/hemline demo --from-nothing --out out/demo-from-nothing
 
 # one process per core, each with one file of tests at a time, as fixtures are shared within a file; files keep their
