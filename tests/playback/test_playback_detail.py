@@ -114,7 +114,7 @@ def test_cloth_does_not_jump_when_the_level_changes(players, dance, danced, one,
     jump, fall = (np.linalg.norm(stays.vertices[mine] - frame.vertices[theirs], axis=1) for frame in (changed, anew))
     moves = np.linalg.norm(stays.vertices[mine] - before.vertices[mine], axis=1)
     assert jump.mean() < min(0.25 * moves.mean(), fall.mean())
-    assert np.percentile(jump, 99) < 0.75 * np.percentile(moves, 99)
+    assert np.percentile(jump, 99) < min(0.75 * np.percentile(moves, 99), 0.9 * np.percentile(fall, 99))
 
 
 def test_the_benchmark_compares_a_level_with_the_same_vertices_of_the_full_garment(players, danced):

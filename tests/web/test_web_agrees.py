@@ -107,6 +107,35 @@ def test_a_slider_gives_what_a_start_on_that_shape_gives(page):
     assert page.driver.execute_script(script, list(BETAS)) < 1e-3
 
 
+def test_two_calls_within_a_tenth_of_a_millisecond_do_not_throw_the_cloth(page):
+    """The largest move of a vertex in the frames after, relative to the body, is about that of frames of usual length.
+
+    As in `tests/playback/test_playback_pause.py`, since the body is a whole frame farther on.
+    """
+    page.frames(list(made()).index("ropes"), 1, clip=0)
+    script = """
+        const { player, clip } = hemline, pose = (index) => clip.at(index / 30), quiet = { pushing: false };
+        let walking = hemline.state;
+        for (let index = 1; index < 12; index++) walking = player.step(walking, pose(index), 1 / 30, quiet);
+        const largest = (dt) => {
+            let state = player.step(walking, pose(12), dt, quiet), most = 0;
+            for (let index = 13; index < 20; index++) {
+                const seen = player.vertices.slice();
+                state = player.step(state, pose(index), 1 / 30, quiet);
+                const place = (index) => pose(index).translation, [from, to] = [place(index - 1), place(index)];
+                seen.forEach((value, n) => {
+                    const moved = player.vertices[n] - value - (to[n % 3] - from[n % 3]);
+                    most = Math.max(most, Math.abs(moved));
+                });
+            }
+            return most;
+        };
+        return [largest(1 / 30), largest(1e-4)];
+    """
+    usual, after_a_moment = page.driver.execute_script(script)
+    assert 0 < after_a_moment < 1.5 * usual + 0.02
+
+
 def test_normals_are_those_of_the_mesh(page):
     page.frames(0, 3)
     found = page.driver.execute_script("hemline.player.shade(); return Array.from(hemline.player.normals)")

@@ -77,8 +77,9 @@ def follows_body(
             cloth follows the body [m].
     """
     rest = plan.embedding.positions_on(vertices)
-    carried = Carriage.of(rest, shaped).positions_in(frames.transforms, rest)
-    away = plan.embedding.positions_on(frames.vertices) - carried
+    away = plan.embedding.positions_on(frames.vertices) - Carriage.of(rest, shaped).positions_in(
+        frames.transforms, rest
+    )
     swing = np.linalg.norm(away - away.mean(axis=0), axis=2).mean(axis=0)
     swing[: plan.offsets[0]] = swing[plan.offsets[:-1]] = -1.0
     carried = swing < least_swing
