@@ -55,5 +55,5 @@ def _take(kind, vertices, motion, body, garment, clip, subject) -> Take:
         lead_in=np.zeros(len(motion), bool),
         pinched=np.zeros(len(motion), np.int32),
         figures={},
-        inputs=inputs | {"subject": subject, "part": 0, "settings": {}},
+        inputs=inputs | {"subject": subject, "part": 0, "settings": {"air_density": 1.2}},
     )

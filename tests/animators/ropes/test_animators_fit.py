@@ -76,6 +76,7 @@ def take(garment, shaped, motion: Motion, clip: int, kind: str = "clip") -> Take
     frames = len(motion)
     vertices = np.repeat(garment.vertices[None], frames, axis=0) if rest else trailing(garment, shaped, motion)
     inputs = {"garment": garment.hash, "clip": "" if rest else motion.name, "subject": f"{clip}", "part": 0}
+    inputs |= {"settings": {"air_density": 1.2}}
     return Take(
         kind,
         vertices,

@@ -2,19 +2,15 @@
 
 import functools
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from hemline import bodies, garments
-from hemline.animators.ropes.fit.fit_ropes import _air_density
 from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.ropes.mechanics.balance import STANDARD_GRAVITY, drape_balance
-from hemline.animators.ropes.mechanics.constants import AIR_DENSITY, RopeConstants
+from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.animators.ropes.mechanics.rope_force_kernels import spring_accelerations
-from hemline.datasets import Take, create
-from hemline.motions import Motion
 from hemline.sim import SimSettings
 from hemline.sim.cloth.air_kernels import TriangleAir, air_by_triangle
 
@@ -132,25 +128,3 @@ def test_the_balance_fades_where_a_node_leaves_its_support(off, kept):
     forces = chains.kernel_chains, constants.numbers(), 1 / 60, turns, none, chains.rest_tensions, positions
     spring_accelerations(*forces, found)
     np.testing.assert_allclose(found[chosen] - constants.gravity, kept * chains.balance[chosen], atol=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("inputs", "density"),
-    [
-        ({"settings": {"air_density": 0.6}}, 0.6),
-        ({"settings": {"air_density": 0}}, 0.0),
-        ({"settings": {"air_density": "thick"}}, AIR_DENSITY),
-        ({"settings": {"air_density": -1.0}}, AIR_DENSITY),
-        ({"settings": 5}, AIR_DENSITY),
-        ({}, AIR_DENSITY),
-    ],
-)
-def test_the_density_of_the_air_is_that_of_the_takes(tmp_path, inputs, density):
-    cape, body = garments.load("cape-light"), shaped()
-    data = create(tmp_path / "data", cape)
-    pose = body.rest_pose
-    motion = Motion(pose.rotations[None], pose.translation[None], 30.0, body.leg_length, name="still")
-    still = {"lead_in": np.zeros(1, bool), "pinched": np.zeros(1, np.int32), "figures": {}}
-    inputs = inputs | {"garment": cape.hash, "clip": "still", "part": 0, "simulator": 1}
-    data.add(Take("clip", cape.vertices[None], motion, np.zeros(16, np.float32), inputs=inputs, **still))
-    assert _air_density(SimpleNamespace(dataset=data, rows=data.rows())) == density

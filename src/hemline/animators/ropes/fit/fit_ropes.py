@@ -1,6 +1,5 @@
 """Building of the ropes of a dataset's garment, and their calibration on the clips to train on."""
 
-import math
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,16 +13,16 @@ from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.layout.fault import layout_fault
 from hemline.animators.ropes.layout.layout import build_ropes
 from hemline.animators.ropes.layout.plan import FramesInKey
-from hemline.animators.ropes.mechanics.constants import AIR_DENSITY, RopeConstants
+from hemline.animators.ropes.mechanics.constants import RopeConstants
 from hemline.arrays import FramesOfVertices, Vertices
 from hemline.bodies.body import ShapedBody
 from hemline.datasets import Row
-from hemline.datasets.take import take_metadata
 from hemline.errors import BadDataset, BadGarment, HemlineWarning
 from hemline.garments.garment import Garment
 from hemline.learning.key_frame import to_key_frame
 from hemline.motions import JOINT_NAMES
 
+from .air import air_density_of
 from .calibrate import Clip, bone_error_mm, calibrate
 from .gather import TakeFrames
 
@@ -64,7 +63,7 @@ def fit_ropes(
         chain_count=config.chains,
         bone_counts=(config.chain_bones - 1, config.chain_bones + 1),
         strain_p99=strain,
-        constants=RopeConstants.of_material(garment.material, _air_density(source)),
+        constants=RopeConstants.of_material(garment.material, air_density_of(source)),
         least_swing=config.least_swing,
     )
     frames = sample_frames(source, shaped)
@@ -87,15 +86,6 @@ def fit_ropes(
         if clips:
             figures[f"{name}_ropes_mm"] = bone_error_mm(ropes, shaped, clips, window_seconds=_window(clips))
     return ropes, figures
-
-
-def _air_density(source: TakeFrames) -> float:
-    """Returns the density of the air in which the first take was simulated, or of air if it does not say [kg/m^3]."""
-    settings = take_metadata(source.dataset.path(source.rows[0].name))["inputs"].get("settings")
-    density = settings.get("air_density") if isinstance(settings, dict) else None
-    if isinstance(density, int | float) and math.isfinite(density) and density >= 0:
-        return float(density)
-    return AIR_DENSITY
 
 
 def _place_chains(garment: Garment, build: Callable[..., Ropes], frames: FramesInKey | None) -> Ropes:
