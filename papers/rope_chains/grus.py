@@ -15,6 +15,7 @@ which the recurrent networks of the paper have the largest error.
 import argparse
 import json
 import time
+from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from hemline.animators.ropes.bones.bones import bones_of_mesh, rest_bones
 from hemline.animators.ropes.fit.gather import TakeFrames
 from hemline.bench.machine import commit, machine
 from hemline.compiled import use_threads
+from hemline.datasets import Row
 from hemline.learning.key_frame import to_key_frame
 from papers.rope_chains.baselines import Baseline
 from papers.rope_chains.baselines.gru_training import PRINTED, PRINTED_FRAMES, GruOptions, train_grus
@@ -168,6 +170,13 @@ def motion_table(rows: list[dict], names: list[str]) -> str:
     return "\n".join(lines)
 
 
+def spread_clips(rows: list[Row]) -> list[Row]:
+    """Returns `TRAINING_CLIPS` rows, evenly spread over those of clips that were simulated in one take."""
+    takes = Counter(row.clip for row in rows)
+    whole = [row for row in rows if takes[row.clip] == 1]
+    return [whole[k] for k in np.linspace(0, len(whole) - 1, min(TRAINING_CLIPS, len(whole))).astype(int)]
+
+
 def main() -> None:
     """Trains, plays, measures and writes the page."""
     parser = argparse.ArgumentParser(description="A recurrent network for each chain in the place of the ropes.")
@@ -180,7 +189,7 @@ def main() -> None:
     model = hemline.load(arguments.model)
     takes, truth = (hemline.datasets.open_dataset(folder) for folder in (arguments.takes, arguments.truth))
     body = hemline.bodies.load(model.body_name).shaped(model.garment.body_betas)
-    source, shown_rows = TakeFrames.of(takes), takes.split("train")
+    source, trained_rows = TakeFrames.of(takes), takes.split("train")
     trainings = {"printed": PRINTED, "all data": GruOptions(epochs=arguments.epochs)}
     animators, seconds = {}, {}
     for name, options in trainings.items():
@@ -190,9 +199,9 @@ def main() -> None:
         animators[name] = (Baseline.of(model, "gru", source=grus), grus)
         print(f"{name}: {seconds[name]:.0f} s, reading included", flush=True)
     animators["own"] = (model, model.source)
-    names, count = list(animators), sum(row.clip_frames for row in shown_rows)
-    chosen = np.linspace(0, len(shown_rows) - 1, min(TRAINING_CLIPS, len(shown_rows))).astype(int)
-    plan = [("trained on", takes, shown_rows[k]) for k in chosen] + [("held out", truth, row) for row in truth.clips()]
+    names, count = list(animators), sum(row.clip_frames for row in trained_rows)
+    plan = [("trained on", takes, row) for row in spread_clips(trained_rows)]
+    plan += [("held out", truth, row) for row in truth.clips()]
     common = {"model": model.garment.name, "machine": machine(), "commit": commit(), "threads": 1}
     common |= {"options": {name: asdict(each) for name, each in trainings.items()}, "training_s": seconds}
     rows, drawn = [], []

@@ -4,8 +4,9 @@ Run `python -m papers.rope_chains.play_clips MODEL TRUTH`. MODEL is a file or th
 dataset of the same garment with clips of subjects that were not part of the fit. The cape's page uses the output of
 `hemline simulate cape -m run walk jump turn kick dance daz_rig/135_04.bvh 06_05.bvh 01_05.bvh 02_08.bvh -o cape-test
 --seconds 5`, run in the folder of the recordings. Each clip is played three times: with the model's own bones, with
-those but without the whole-cloth step, and driven by simulated bones. The rest drape moved rigidly with the key joint
-is the reference without a model. Then the body stands still for five seconds in its rest pose, and is frozen in the
+those but without the whole-cloth step, and driven by simulated bones. Beside it stand the rest drape moved rigidly with
+the key joint, and two animators that need no fit: `skinned`, the garment moved with the body's skin, and `live`, a
+coarse simulation while it plays. Then the body stands still for five seconds in its rest pose, and is frozen in the
 middle of a run.
 
 The script appends one JSON line for each clip to benchmarks/results/rope_chains_played.jsonl and writes the page
@@ -26,6 +27,8 @@ PAGES = ROOT / "papers" / "rope_chains" / "pages"
 STANDING_S = 5.0
 WAYS = {"own": {}, "bare": {"whole": False}, "driven": {"drive": "truth"}}
 """Options of `hemline.evaluate` for each way to play a clip."""
+UNFITTED = ("skinned", "live")
+"""Animators that play any garment without a fit."""
 LOOK_CLOSER = (640, 640)
 
 
@@ -43,9 +46,18 @@ class FrameList:
         return np.stack([frame.vertices for frame in self.frames])
 
 
-def evaluate_clip(model, body, truth, row) -> Row:
-    """Returns all figures of one clip, and draws its worst frame."""
+def evaluate_clip(model, unfitted: dict, body, truth, row) -> Row:
+    """Returns all figures of one clip, and draws its worst frame.
+
+    Args:
+        model: The model.
+        unfitted: Animators of the same garment without a fit, by name.
+        body: The body of the fit.
+        truth: Clips of subjects that were not part of the fit.
+        row: The clip.
+    """
     take = truth.take(row)
+    others = {name: hemline.evaluate(each, body, take.motion, truth=truth).figures for name, each in unfitted.items()}
     found, kept = {}, {}
     for name, options in WAYS.items():
         kept[name] = FrameList()
@@ -65,6 +77,8 @@ def evaluate_clip(model, body, truth, row) -> Row:
         "constant_mm": 1e3 * float(np.linalg.norm(errors.mean(axis=0), axis=1).mean()),
         "driven_mm": found["driven"]["vertex_error_mm"]["mean"],
         "rigid_mm": 1e3 * float(np.linalg.norm(carried - vertices, axis=2).mean()),
+        **{f"{name}_mm": figures["vertex_error_mm"]["mean"] for name, figures in others.items()},
+        **{f"{name}_ms": figures["frame_ms"]["median"] for name, figures in others.items()},
         "jerk": own["jerk_m_s3"]["ratio"],
         "ripple_deg": own["ripple_deg"]["mean"],
         "ripple_truth_deg": own["ripple_deg"]["truth"],
@@ -145,11 +159,15 @@ def build_page(model_name: str, name: str, rows: list[Row], still: Row) -> Page:
     page.text(
         "*Error* is the mean distance of the vertices, *constant* the part that stays the same over the clip, in the",
         "frame of the key joint. *By simulated bones*: the error if the bones are those of the simulation. *Rigid*:",
-        "that of the garment at rest, moved with the key joint. Jerk is relative to that of the simulation.",
+        "that of the garment at rest, moved with the key joint. `skinned` and `live` need no fit: the garment moved",
+        "with the body's skin, and a coarse simulation while it plays. Jerk is relative to that of the simulation.",
     )
-    columns = ["error [mm]", "constant [mm]", "by simulated bones [mm]", "rigid [mm]", "jerk", "frame [ms]"]
-    keys = ["error_mm", "constant_mm", "driven_mm", "rigid_mm", "jerk", "frame_ms"]
-    tabulate(dict(zip(columns, (".0f", ".0f", ".1f", ".0f", ".2f", ".1f"), strict=True)), keys)
+    columns = ["error [mm]", "constant [mm]", "by simulated bones [mm]", "rigid [mm]", "`skinned` [mm]", "`live` [mm]"]
+    keys = ["error_mm", "constant_mm", "driven_mm", "rigid_mm", "skinned_mm", "live_mm"]
+    tabulate(dict(zip(columns, (".0f", ".0f", ".1f", ".0f", ".0f", ".0f"), strict=True)), keys)
+    columns = ["jerk", "frame [ms]", "`skinned`, frame [ms]", "`live`, frame [ms]"]
+    keys = ["jerk", "frame_ms", "skinned_ms", "live_ms"]
+    tabulate(dict(zip(columns, (".2f", ".1f", ".1f", ".1f"), strict=True)), keys)
     page.section("Swing of the hem")
     page.text("Power of the hem's motion relative to the simulation's, by frequency.")
     tabulate(dict.fromkeys(BAND_NAMES, ".2f"), [f"power {each}" for each in BAND_NAMES])
@@ -195,9 +213,10 @@ def main() -> None:
     use_threads(1)
     model, truth = hemline.load(options.model), hemline.datasets.open_dataset(options.truth)
     body = hemline.bodies.load(model.body_name).shaped(model.garment.body_betas)
+    unfitted = {name: hemline.load(name).animator_for(truth.garment, body) for name in UNFITTED}
     rows = []
     for row in truth.clips():
-        rows.append(evaluate_clip(model, body, truth, row))
+        rows.append(evaluate_clip(model, unfitted, body, truth, row))
         print(row.clip, f"{rows[-1]['error_mm']:.0f} mm", flush=True)
     still = standing_figures(model, body) | frozen_figures(model, body)
     *rows, still = record("rope_chains_played", *({"model": model.garment.name} | each for each in (*rows, still)))
