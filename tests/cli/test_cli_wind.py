@@ -79,13 +79,13 @@ def test_a_model_that_takes_no_wind_is_refused_before_anything_is_written(standi
     assert main(["animate", *words, "-m", standing, "-o", "out.npz", "--wind", "0", "0", "3"]) == 2
     said = capsys.readouterr().err
     assert "wind does not move garments of" in said and "got --wind 0 0 3; leave it out" in said
-    assert "'ropes' (cape, skirt)" in said and "'live'" in said
+    assert "'ropes' (cape, skirt, knee-dress, robe)" in said and "'live'" in said
     assert set(tmp_path.iterdir()) == before
 
 
 def test_the_refusal_names_every_shipped_model_that_takes_wind():
     windy = {name for name in shipped_models() if isinstance(load(name), Windy)}
-    assert windy == {"cape", "skirt", "live"}
+    assert windy == {"cape", "skirt", "knee-dress", "robe", "live"}
 
 
 def test_wind_is_three_finite_numbers(standing, capsys):

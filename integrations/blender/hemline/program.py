@@ -10,7 +10,7 @@ import numpy as np
 from .mesh_files import y_up
 from .refused import Refused
 
-OF_ONE_GARMENT = ("cape", "skirt", "tshirt-light", "longsleeve-light", "trousers-light")
+OF_ONE_GARMENT = ("cape", "skirt", "knee-dress", "robe", "tshirt-light", "longsleeve-light", "trousers-light")
 """Shipped models of one garment; other models, and files, may play any."""
 OF_CALM_AIR = ("tshirt-light", "longsleeve-light", "trousers-light", "lag", "skinned", "swingar")
 """Shipped models whose garments wind does not move; those of other models, and of files, it may."""

@@ -32,8 +32,8 @@ class HemlineSettings(bpy.types.PropertyGroup):
         default="cape",
         update=on_change,
         subtype="FILE_PATH",
-        description="A model file, or the name of a shipped one: cape, skirt, tshirt-light, longsleeve-light, "
-        "trousers-light; lag, live, skinned and swingar play any garment",
+        description="A model file, or the name of a shipped one: cape, skirt, knee-dress, robe, tshirt-light, "
+        "longsleeve-light, trousers-light; lag, live, skinned and swingar play any garment",
     )
     motion: StringProperty(
         name="Motion",

@@ -24,6 +24,6 @@ def in_wind(model: Model, wind: Wind) -> Model:
     if wind == CALM:
         return model
     if not isinstance(model, Windy):
-        cure = "leave it out, name a model of 'ropes' (cape, skirt), or play the garment by 'live'"
+        cure = "leave it out, name a model of 'ropes' (cape, skirt, knee-dress, robe), or play the garment by 'live'"
         raise BadInput(f"wind does not move garments of {model.name}", got, cure)
     return model.in_wind(wind)

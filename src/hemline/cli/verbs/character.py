@@ -13,7 +13,7 @@ class CharacterOptions:
     """Options of `hemline character`."""
 
     model: Annotated[str, tyro.conf.Positional]
-    """Model of rope chains: a file, or the name of a shipped model (cape, skirt)."""
+    """Model of rope chains: a file, or the name of a shipped model (cape, skirt, knee-dress, robe)."""
     output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
     """File to write (.vrm)."""
     betas: tuple[float, ...] = ()

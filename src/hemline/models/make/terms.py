@@ -40,6 +40,8 @@ def _mesh(name: str) -> str:
 TERMS: dict[str, tuple[str, ...]] = {
     "cape": (BODY, CMU_TERMS, OWN),
     "skirt": (BODY, CMU_TERMS, OWN),
+    "knee-dress": (BODY, CMU_TERMS, OWN),
+    "robe": (BODY, CMU_TERMS, OWN),
     "tshirt-light": (BODY, _mesh("tshirt"), CMU_TERMS, OWN),
     "longsleeve-light": (BODY, _mesh("longsleeve"), CMU_TERMS, OWN),
     "trousers-light": (BODY, _mesh("trousers"), CMU_TERMS, OWN),

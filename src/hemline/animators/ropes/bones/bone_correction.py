@@ -12,6 +12,9 @@ from hemline.files.contents import AGAIN, array_of
 
 from .body_inputs import BODY_INPUT_COUNT, REST_INPUTS
 
+MOST_GAIN = 1.25
+"""Largest factor of the swing of the bones."""
+
 
 @dataclass(frozen=True, eq=False)
 class BoneCorrection:
@@ -37,6 +40,8 @@ class BoneCorrection:
     """Least value of each component of $b$ in the training, float32."""
     high: Float[np.ndarray, " body"]
     """Largest value of each component of $b$ in the training, float32."""
+    swing_gain: float = 1.0
+    """Factor of the swing of the corrected bones (`bone_source`): above 1 where a least-squares fit damps it."""
 
     def __call__(
         self, moved: Float[np.ndarray, "*frames rows"], body: Float[np.ndarray, "*frames body"]
@@ -53,11 +58,12 @@ class BoneCorrection:
 
     def with_zero_output(self) -> "BoneCorrection":
         """Returns a correction of the same size that changes nothing."""
-        return replace(self, matrix=np.zeros_like(self.matrix))
+        return replace(self, matrix=np.zeros_like(self.matrix), swing_gain=1.0)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Returns the arrays of a model file."""
-        return {name: getattr(self, name) for name in ("modes", "matrix", "outputs", "low", "high")}
+        arrays = {name: getattr(self, name) for name in ("modes", "matrix", "outputs", "low", "high")}
+        return arrays | {"swing_gain": np.array([self.swing_gain], np.float32)}
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, rows: int) -> Self:
@@ -68,7 +74,8 @@ class BoneCorrection:
             rows: Number of coordinates of all bones.
 
         Raises:
-            BadModel: An array is missing, or its type or shape does not fit the others.
+            BadModel: An array is missing, or its type or shape does not fit the others; or the factor of the swing is
+                not from 1 to `MOST_GAIN`. Files without that factor have 1.
         """
         modes, outputs = (array_of(arrays, name, "float32", (None, rows)) for name in ("modes", "outputs"))
         if not (len(modes) and len(outputs)):
@@ -78,4 +85,7 @@ class BoneCorrection:
         if (low > high).any():
             raise BadModel("ranges of the bone correction are ordered", "a lower limit above the upper one", AGAIN)
         matrix = array_of(arrays, "matrix", "float32", (len(outputs), len(modes) + seen))
-        return cls(modes, matrix, outputs, low, high)
+        gain = float(array_of(arrays, "swing_gain", "float32", (1,))[0]) if "swing_gain" in arrays else 1.0
+        if not 1 <= gain <= MOST_GAIN:
+            raise BadModel(f"the swing of a model is multiplied by 1 to {MOST_GAIN:g}", gain, AGAIN)
+        return cls(modes, matrix, outputs, low, high, gain)

@@ -26,6 +26,8 @@ LIMIT_SWEEPS = 4
 """Number of sweeps over all pairs and ropes in which `limit_bones` brings bones together."""
 SMOOTHING_SECONDS = 0.1
 """Time constant with which the correction is followed, since it repeats the tremor of the motion capture [s]."""
+SWING_SECONDS = 0.7
+"""Time constant of the mean from which swing is measured [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +38,9 @@ class BonesState:
     change: Float[np.ndarray, " ins"]
     """Smoothed correction of the displacements, bone by bone in the frame of the key joint, float32 [m]."""
     tracked: TrackedPoints
-    """The free bones as they are shown but for the limits of their distances, float64."""
+    """The free bones as they are shown but for the gain of the swing and the limits of distances, float64."""
+    mean: Float[np.ndarray, " ins"]
+    """Mean over the last `SWING_SECONDS` of the displacements before that gain, float32 [m]."""
 
     def relocate(self, motion: RigidTransform) -> "BonesState":
         """Returns the state rotated and translated as a whole, history included."""
@@ -48,6 +52,8 @@ class BoneSource:
     """Displacements of all bones from rest in the frame of the key joint, frame by frame.
 
     The correction is followed with a time constant of `SMOOTHING_SECONDS`, and the corrected bones by `TrackedPoints`.
+    What a linear correction predicts swings less than cloth does, as the mean of several outcomes does. So the swing,
+    the deviation of the displacements from their mean over `SWING_SECONDS`, is multiplied by the correction's gain.
     """
 
     ropes: Ropes
@@ -58,7 +64,7 @@ class BoneSource:
         ropes = self.ropes.start(posed)
         free = ropes.positions[self._free]
         change = np.zeros(3 * self.ropes.node_count, np.float32)
-        return BonesState(ropes, change, TrackedPoints(free, np.zeros_like(free)))
+        return BonesState(ropes, change, TrackedPoints(free, np.zeros_like(free)), np.zeros_like(change))
 
     def step(
         self, state: BonesState, posed: PosedBody, dt: float, rest: Nodes
@@ -88,11 +94,20 @@ class BoneSource:
         corrected = local[self._free] + change.reshape(-1, 3)[self._free]
         tracked = tracked.follow(corrected @ key[:, :3].T + key[:, 3], dt)
         local[self._free] = to_key_frame(key, tracked.positions)
-        return BonesState(ropes, change, tracked), self._limit((local - rest).astype(np.float32).reshape(-1), rest)
+        moved = (local - rest).astype(np.float32).reshape(-1)
+        mean = state.mean + np.float32(-math.expm1(-dt / SWING_SECONDS)) * (moved - state.mean)
+        swung = moved + self._gains * (moved - mean)
+        return BonesState(ropes, change, tracked, mean), self._limit(swung, rest)
 
     @cached_property
     def _free(self) -> Int[np.ndarray, " free"]:
         return np.flatnonzero(self.ropes.parents >= 0)
+
+    @cached_property
+    def _gains(self) -> Float[np.ndarray, " ins"]:
+        """Returns what is added of the swing of each coordinate: nothing where the body carries the bone."""
+        free = np.repeat(self.ropes.parents >= 0, 3)
+        return np.where(free, self.correction.swing_gain - 1, 0).astype(np.float32)
 
     def _body_inputs(self, after: RopesState, then: Transforms, dt: float) -> Float[np.ndarray, " body"]:
         """Returns `body_inputs.body_inputs`, computed by a kernel."""

@@ -31,6 +31,7 @@ from .fit_ropes import fit_ropes
 from .frames import KeyFrames
 from .gather import TakeFrames, gather
 from .learn import learn
+from .swing import with_swing_gain
 from .training_set import MeshNetworks
 
 
@@ -87,6 +88,7 @@ def fit(
         )
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
         fitted = fit_correction(frames, config.correction_components)
+        fitted = with_swing_gain(source, BoneSource(ropes, fitted))
         played = play_bones(source, BoneSource(ropes, fitted))
         correction, correction_figures = choose_correction(frames, learned.mesh_networks, fitted, played)
     return AnimatorRopes(
@@ -135,11 +137,12 @@ def choose_correction(
         played: Displacements of all bones in the held-out frames as played with it, see `play_bones` [m].
 
     Returns:
-        The correction for playing; the figures `val_uncorrected_error_mm`, `val_corrected_error_mm` and those of the
-        test split; and `val_worst_correction`, the largest mean distance of the corrected bones in a validation take,
-        as a ratio to that without the correction.
+        The correction for playing; the figures `swing_gain`, `val_uncorrected_error_mm`, `val_corrected_error_mm` and
+        those of the test split; and `val_worst_correction`, the largest mean distance of the corrected bones in a
+        validation take, as a ratio to that without the correction.
     """
-    figures = figures_of_bones(frames, mesh_networks, "uncorrected", frames.rope_bones[frames.side > 0])
+    figures = {"swing_gain": correction.swing_gain}
+    figures |= figures_of_bones(frames, mesh_networks, "uncorrected", frames.rope_bones[frames.side > 0])
     figures |= figures_of_bones(frames, mesh_networks, "corrected", played)
     if len(frames.val):
         figures["val_worst_correction"] = worst_correction(frames, played)

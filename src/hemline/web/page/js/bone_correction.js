@@ -3,8 +3,8 @@
 import { bodyInputs, REST_INPUTS } from "hemline/body_inputs.js";
 
 export class BoneCorrection {
-  constructor({ modes, matrix, outputs, low, high }, chains) {
-    Object.assign(this, { modes, matrix, outputs, low, high, chains });
+  constructor({ modes, matrix, outputs, low, high, swing_gain: [swingGain] }, chains) {
+    Object.assign(this, { modes, matrix, outputs, low, high, swingGain, chains });
     [this.count, this.rows] = modes.shape;
   }
 

@@ -4,7 +4,7 @@ import { rigidBetween } from "hemline/chains.js";
 import { intoJoint, point, toWorld } from "hemline/joint_frames.js";
 
 const ROPES_STRETCH = 1.1, PAIRS_STRETCH = 1.02, LIMIT_SWEEPS = 4, SMOOTHING_SECONDS = 0.1;
-const TRACKING_SECONDS = 0.048;
+const TRACKING_SECONDS = 0.048, SWING_SECONDS = 0.7;
 
 /** Makes displacements of all bones from rest, in the frame of the key joint. States are never changed in place. */
 export class BoneSource {
@@ -15,7 +15,8 @@ export class BoneSource {
 
   start(frames) {
     const ropes = this.chains.start(frames), positions = ropes.positions.slice();
-    return { ropes, change: new Float32Array(this.rest.length), positions, velocities: new Float64Array(positions.length) };
+    const change = new Float32Array(this.rest.length), velocities = new Float64Array(positions.length);
+    return { ropes, change, positions, velocities, mean: change.slice() };
   }
 
   /** Returns the state `dt` later [s] and the displacements, float32. */
@@ -41,7 +42,11 @@ export class BoneSource {
     }
     const shown = intoJoint(frames, chains.key, positions);
     for (const node of free) local.set(shown.subarray(3 * node, 3 * node + 3), 3 * node);
-    return [{ ropes, change, positions, velocities }, this.#limit(Float32Array.from(local, (value, n) => value - rest[n]))];
+    const moved = Float32Array.from(local, (value, n) => value - rest[n]), slow = Math.fround(-Math.expm1(-dt / SWING_SECONDS));
+    const mean = state.mean.map((value, n) => value + slow * (moved[n] - value));
+    const more = Math.fround(this.correction.swingGain - 1);
+    for (const node of free) for (let n = 3 * node; n < 3 * node + 3; n++) moved[n] += more * (moved[n] - mean[n]);
+    return [{ ropes, change, positions, velocities, mean }, this.#limit(moved)];
   }
 
   /** Returns displacements with bones moved together as far as the cloth requires. */
