@@ -63,7 +63,8 @@ def correction_of(ropes, random: np.random.Generator) -> BoneCorrection:
     modes, outputs = (np.linalg.qr((free * random.normal(size=(4, len(free)))).T)[0].T for _ in range(2))
     matrix = 0.01 * random.normal(size=(4, 4 + BODY_INPUT_COUNT))
     far = np.full(BODY_INPUT_COUNT, 2.0)
-    return BoneCorrection(*(np.ascontiguousarray(each, np.float32) for each in (modes, matrix, outputs, -far, far)))
+    arrays = (np.ascontiguousarray(each, np.float32) for each in (modes, matrix, outputs, -far, far))
+    return BoneCorrection(*arrays, swing_gain=1.125)
 
 
 @cache

@@ -94,7 +94,16 @@ def test_what_was_fitted_to_recordings_says_what_notice_says(name):
 def test_terms_are_written_without_touching_what_they_are_about():
     """The hash of the body, which each model names, and those of the garments are of arrays and cuts alone."""
     body = bodies.load("anny24")
-    for name in ("cape", "skirt", "knee-dress", "robe", "tshirt-light", "longsleeve-light", "trousers-light", "anny24-sdf"):
+    for name in (
+        "cape",
+        "skirt",
+        "knee-dress",
+        "robe",
+        "tshirt-light",
+        "longsleeve-light",
+        "trousers-light",
+        "anny24-sdf",
+    ):
         _, metadata = made.read_contents(PACKAGE / "models" / f"{name}.safetensors")
         assert metadata["body"]["hash"] == body.hash
     for name in ("tshirt-light", "longsleeve-light", "trousers-light"):

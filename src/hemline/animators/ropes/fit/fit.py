@@ -103,7 +103,7 @@ def fit(
         body_name=garment.body_name,
         body_hash=shaped.body.hash,
         config=config,
-        figures=learned.figures | rope_figures | correction_figures,
+        figures=learned.figures | rope_figures | {"swing_gain": correction.swing_gain} | correction_figures,
         licences=_licences(source, shaped),
     )
 
@@ -137,12 +137,11 @@ def choose_correction(
         played: Displacements of all bones in the held-out frames as played with it, see `play_bones` [m].
 
     Returns:
-        The correction for playing; the figures `swing_gain`, `val_uncorrected_error_mm`, `val_corrected_error_mm` and
-        those of the test split; and `val_worst_correction`, the largest mean distance of the corrected bones in a
-        validation take, as a ratio to that without the correction.
+        The correction for playing; the figures `val_uncorrected_error_mm`, `val_corrected_error_mm` and those of the
+        test split; and `val_worst_correction`, the largest mean distance of the corrected bones in a validation take,
+        as a ratio to that without the correction.
     """
-    figures = {"swing_gain": correction.swing_gain}
-    figures |= figures_of_bones(frames, mesh_networks, "uncorrected", frames.rope_bones[frames.side > 0])
+    figures = figures_of_bones(frames, mesh_networks, "uncorrected", frames.rope_bones[frames.side > 0])
     figures |= figures_of_bones(frames, mesh_networks, "corrected", played)
     if len(frames.val):
         figures["val_worst_correction"] = worst_correction(frames, played)

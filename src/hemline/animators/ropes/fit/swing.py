@@ -1,5 +1,6 @@
 """How much more simulated bones swing than those that are played."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,10 +20,10 @@ MAX_TAKES = 24
 def with_swing_gain(source: TakeFrames, bones: BoneSource) -> BoneCorrection:
     r"""Returns the correction of the bones with the gain that gives played bones the swing of simulated ones.
 
-    $$g^2 = \sum \lVert d^* - \bar d^* \rVert^2 \, / \, \sum \lVert d - \bar d \rVert^2$$
+    $$\sum \lVert H d + (g - 1) H^2 d \rVert^2 = \sum \lVert H d^* \rVert^2$$
 
-    with $d$ the displacements of the free bones in playing takes to train on, $d^*$ those in the simulation, and the
-    bar their mean over the last `SWING_SECONDS`. The gain is limited to 1 to `MOST_GAIN`.
+    with $d$ the displacements of the free bones in playing takes to train on, $d^*$ those in the simulation, and $H$
+    their deviation from the mean over the last `SWING_SECONDS`. The gain is limited to 1 to `MOST_GAIN`.
 
     Args:
         source: The takes.
@@ -30,31 +31,42 @@ def with_swing_gain(source: TakeFrames, bones: BoneSource) -> BoneCorrection:
     """
     rows = [index for index, side in enumerate(source.sides) if side == 0]
     chosen = np.unique(np.linspace(0, len(rows) - 1, min(MAX_TAKES, len(rows))).astype(int))
-    ours, theirs = 0.0, 0.0
+    square, product, missing = 0.0, 0.0, 0.0
     for index in (rows[k] for k in chosen):
-        played, simulated = _swing_of_take(source, bones, index)
-        ours, theirs = ours + float((played**2).sum()), theirs + float((simulated**2).sum())
-    gain = np.sqrt(theirs / ours) if ours > 0 else 1.0
-    return replace(bones.correction, swing_gain=float(np.clip(gain, 1, MOST_GAIN)))
+        once, twice, simulated = _swing_of_take(source, bones, index)
+        square, product = square + float((twice**2).sum()), product + float((once * twice).sum())
+        missing += float((simulated**2).sum() - (once**2).sum())
+    more = (np.sqrt(product**2 + square * missing) - product) / square if missing > 0 and square > 0 else 0.0
+    return replace(bones.correction, swing_gain=float(min(1 + more, MOST_GAIN)))
 
 
-def _swing_of_take(
-    source: TakeFrames, bones: BoneSource, index: int
-) -> tuple[Float[np.ndarray, "frames free"], Float[np.ndarray, "frames free"]]:
-    """Returns the swing of the free bones in one take without its lead-in, as played and as simulated [m]."""
+def _swing_of_take(source: TakeFrames, bones: BoneSource, index: int) -> tuple[Float[np.ndarray, "frames free"], ...]:
+    """Returns the swing of the free bones in one take without its lead-in [m].
+
+    Returns:
+        The swing as played, the swing of that swing, and the swing in the simulation.
+    """
     row, ropes = source.rows[index], bones.ropes
     take, shape = source.dataset.take(row), source.shape_of(row)
     shaped, free = source.shaped[shape], np.repeat(ropes.parents >= 0, 3)
     rest = rest_bones(ropes, source.rests[shape], shaped)
     state, dt = bones.start(shaped.posed(take.motion[0])), 1 / take.motion.fps
-    share, mean = -np.expm1(-dt / SWING_SECONDS), np.zeros(3 * ropes.node_count)
     played, simulated = [], []
     for frame in range(len(take.motion)):
         posed = shaped.posed(take.motion[frame])
         state, moved = bones.step(state, posed, dt, rest)
         key = posed.transforms[ropes.key_index].astype(np.float64)
-        truth = (to_key_frame(key, bones_of_mesh(ropes, take.vertices[frame], posed)) - rest).reshape(-1)
-        mean = mean + share * (truth - mean)
-        played.append((moved - state.mean)[free])
-        simulated.append((truth - mean)[free])
-    return np.array(played)[take.clip_frames], np.array(simulated)[take.clip_frames]
+        truth = to_key_frame(key, bones_of_mesh(ropes, take.vertices[frame], posed)) - rest
+        played.append(moved[free])
+        simulated.append(truth.reshape(-1)[free])
+    once = _swing(played, dt)
+    return tuple(each[take.clip_frames] for each in (once, _swing(once, dt), _swing(simulated, dt)))
+
+
+def _swing(displacements: Sequence[Float[np.ndarray, " free"]], dt: float) -> Float[np.ndarray, "frames free"]:
+    """Returns the deviation of displacements from their slow mean, frame by frame [m]."""
+    share, mean, found = -np.expm1(-dt / SWING_SECONDS), np.zeros(displacements[0].shape), []
+    for each in displacements:
+        mean = mean + share * (each - mean)
+        found.append(each - mean)
+    return np.array(found)
