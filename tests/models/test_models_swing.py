@@ -37,7 +37,6 @@ def test_cape_swings_on_after_a_frozen_run_for_as_long_as_cloth(cape, body):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="measured: 0.48 of the power from 0 to 1 Hz")
 def test_hem_of_the_cape_has_the_power_of_cloth_on_a_dance(cape, body):
     """A rigid garment has no power, one that trembles several times that of cloth in the upper bands.
 
