@@ -78,13 +78,10 @@ def evaluate_clip(model, unfitted: dict, body, truth, row) -> Row:
         "driven_mm": found["driven"]["vertex_error_mm"]["mean"],
         "rigid_mm": 1e3 * float(np.linalg.norm(carried - vertices, axis=2).mean()),
         **{f"{name}_mm": figures["vertex_error_mm"]["mean"] for name, figures in others.items()},
-        **{f"{name}_ms": figures["frame_ms"]["median"] for name, figures in others.items()},
         "jerk": own["jerk_m_s3"]["ratio"],
         "ripple_deg": own["ripple_deg"]["mean"],
         "ripple_truth_deg": own["ripple_deg"]["truth"],
         "skin_percent": own["skin_through_percent"]["mean"],
-        "frame_ms": own["frame_ms"]["median"],
-        "step_ms": own["frame_ms"]["stages"]["whole"],
         "inside_after_percent": own["inside_percent"]["after"],
         **{f"power {name}": ours / max(theirs, 1e-12) for name, (ours, theirs) in zip(BAND_NAMES, powers, strict=True)},
         **_cloth("own", own),
@@ -161,13 +158,18 @@ def build_page(model_name: str, name: str, rows: list[Row], still: Row) -> Page:
         "frame of the key joint. *By simulated bones*: the error if the bones are those of the simulation. *Rigid*:",
         "that of the garment at rest, moved with the key joint. `skinned` and `live` need no fit: the garment moved",
         "with the body's skin, and a coarse simulation while it plays. Jerk is relative to that of the simulation.",
+        "Times are in the [figures](../../../docs/figures.md#time-of-a-frame).",
     )
-    columns = ["error [mm]", "constant [mm]", "by simulated bones [mm]", "rigid [mm]", "`skinned` [mm]", "`live` [mm]"]
-    keys = ["error_mm", "constant_mm", "driven_mm", "rigid_mm", "skinned_mm", "live_mm"]
-    tabulate(dict(zip(columns, (".0f", ".0f", ".1f", ".0f", ".0f", ".0f"), strict=True)), keys)
-    columns = ["jerk", "frame [ms]", "`skinned`, frame [ms]", "`live`, frame [ms]"]
-    keys = ["jerk", "frame_ms", "skinned_ms", "live_ms"]
-    tabulate(dict(zip(columns, (".2f", ".1f", ".1f", ".1f"), strict=True)), keys)
+    columns = {
+        "error [mm]": "error_mm",
+        "constant [mm]": "constant_mm",
+        "by simulated bones [mm]": "driven_mm",
+        "rigid [mm]": "rigid_mm",
+        "`skinned` [mm]": "skinned_mm",
+        "`live` [mm]": "live_mm",
+    }
+    formats = dict.fromkeys(columns, ".0f") | {"by simulated bones [mm]": ".1f"}
+    tabulate(formats | {"jerk": ".2f"}, [*columns.values(), "jerk"])
     page.section("Swing of the hem")
     page.text("Power of the hem's motion relative to the simulation's, by frequency.")
     tabulate(dict.fromkeys(BAND_NAMES, ".2f"), [f"power {each}" for each in BAND_NAMES])
@@ -198,9 +200,9 @@ def build_page(model_name: str, name: str, rows: list[Row], still: Row) -> Page:
     }
     columns = {f"{name}, {way}": spec for name, spec in names.values() for way in ("without", "with")}
     tabulate(columns, [f"{key}_{way}" for key in names for way in ("bare", "own")])
-    columns = ["ripples [deg]", "simulated ripples [deg]", "inside after projection [%]", "skin seen [%]", "step [ms]"]
-    keys = ["ripple_deg", "ripple_truth_deg", "inside_after_percent", "skin_percent", "step_ms"]
-    tabulate(dict(zip(columns, (".1f", ".1f", ".2f", ".3f", ".2f"), strict=True)), keys)
+    columns = ["ripples [deg]", "simulated ripples [deg]", "inside after projection [%]", "skin seen [%]"]
+    keys = ["ripple_deg", "ripple_truth_deg", "inside_after_percent", "skin_percent"]
+    tabulate(dict(zip(columns, (".1f", ".1f", ".2f", ".3f"), strict=True)), keys)
     page.section("The worst frame of each clip")
     page.text("By stretch of what the projection alone makes: without the step, with it, the simulation.")
     for row in rows:

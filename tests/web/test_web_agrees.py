@@ -234,7 +234,7 @@ def test_a_shipped_model_plays_as_in_python_and_the_push_leads_most_of_it_out(tm
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["cape", "skirt", "longsleeve-light", "trousers-light"])
+@pytest.mark.parametrize("name", ["cape", "skirt", "knee-dress", "robe", "longsleeve-light", "trousers-light"])
 def test_shipped_models_play_three_hundred_frames_as_in_python(tmp_path, name):
     dance = hemline.motions.load("dance")
     there_and_back = {
