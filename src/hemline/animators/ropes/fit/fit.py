@@ -11,7 +11,6 @@ from hemline.animators.base import Progress
 from hemline.animators.checkpoints import checkpoint_folder
 from hemline.animators.ropes.bones.bone_correction import BoneCorrection
 from hemline.animators.ropes.bones.bone_source import BoneSource
-from hemline.animators.ropes.bones.bones import rest_bones
 from hemline.animators.ropes.bones.chains import Ropes
 from hemline.animators.ropes.config import RopesConfig
 from hemline.animators.ropes.model import AnimatorRopes
@@ -31,6 +30,7 @@ from .fit_ropes import fit_ropes
 from .frames import KeyFrames
 from .gather import TakeFrames, gather
 from .learn import learn
+from .play import play_held_out
 from .swing import with_swing_gain
 from .training_set import MeshNetworks
 
@@ -89,7 +89,7 @@ def fit(
         learned = learn(frames, clearances, config, seed=seed, progress=progress, folder=folder)
         fitted = fit_correction(frames, config.correction_components)
         fitted = with_swing_gain(source, BoneSource(ropes, fitted))
-        played = play_bones(source, BoneSource(ropes, fitted))
+        played = play_held_out(source, BoneSource(ropes, fitted))
         correction, correction_figures = choose_correction(frames, learned.mesh_networks, fitted, played)
     return AnimatorRopes(
         garment,
@@ -134,7 +134,7 @@ def choose_correction(
         frames: The frames, with the bones of the ropes.
         mesh_networks: Both networks from bones to mesh.
         correction: The correction that was fitted.
-        played: Displacements of all bones in the held-out frames as played with it, see `play_bones` [m].
+        played: Displacements of all bones in the held-out frames as played with it, see `play_held_out` [m].
 
     Returns:
         The correction for playing; the figures `val_uncorrected_error_mm`, `val_corrected_error_mm` and those of the
@@ -147,22 +147,6 @@ def choose_correction(
         figures["val_worst_correction"] = worst_correction(frames, played)
     worse = figures.get("val_corrected_error_mm", 0.0) > figures.get("val_uncorrected_error_mm", math.inf)
     return correction.with_zero_output() if worse else correction, figures
-
-
-def play_bones(source: TakeFrames, bones: BoneSource) -> Float[np.ndarray, "held_out ins"]:
-    """Returns displacements of all bones in playing the held-out takes, one after the other without lead-ins [m]."""
-    displacements = [np.zeros((0, 3 * bones.ropes.node_count), np.float32)]
-    for take, side, shape in source.takes():
-        if side == 0:
-            continue
-        shaped = source.shaped[shape]
-        rest = rest_bones(bones.ropes, source.rests[shape], shaped)
-        state, moved = bones.start(shaped.posed(take.motion[0])), []
-        for index in range(len(take.motion)):
-            state, each = bones.step(state, shaped.posed(take.motion[index]), 1 / take.motion.fps, rest)
-            moved.append(each)
-        displacements.append(np.stack(moved)[take.clip_frames])
-    return np.concatenate(displacements)
 
 
 def _licences(source: TakeFrames, shaped: ShapedBody) -> tuple[str, ...]:

@@ -1,17 +1,17 @@
 """How much more simulated bones swing than those that are played."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from hemline.animators.ropes.bones.bone_correction import MOST_GAIN, BoneCorrection
 from hemline.animators.ropes.bones.bone_source import SWING_SECONDS, BoneSource
-from hemline.animators.ropes.bones.bones import bones_of_mesh, rest_bones
+from hemline.animators.ropes.bones.bones import rest_bones
 from hemline.arrays import Float
 from hemline.learning.key_frame import to_key_frame
 
 from .gather import TakeFrames
+from .play import play_take
 
 MAX_TAKES = 24
 """Largest number of takes that are played."""
@@ -49,21 +49,18 @@ def _swing_of_take(source: TakeFrames, bones: BoneSource, index: int) -> tuple[F
     row, ropes = source.rows[index], bones.ropes
     take, shape = source.dataset.take(row), source.shape_of(row)
     shaped, free = source.shaped[shape], np.repeat(ropes.parents >= 0, 3)
-    rest = rest_bones(ropes, source.rests[shape], shaped)
-    state, dt = bones.start(shaped.posed(take.motion[0])), 1 / take.motion.fps
-    played, simulated = [], []
-    for frame in range(len(take.motion)):
-        posed = shaped.posed(take.motion[frame])
-        state, moved = bones.step(state, posed, dt, rest)
-        key = posed.transforms[ropes.key_index].astype(np.float64)
-        truth = to_key_frame(key, bones_of_mesh(ropes, take.vertices[frame], posed)) - rest
-        played.append(moved[free])
-        simulated.append(truth.reshape(-1)[free])
-    once = _swing(played, dt)
-    return tuple(each[take.clip_frames] for each in (once, _swing(once, dt), _swing(simulated, dt)))
+    rest, dt = rest_bones(ropes, source.rests[shape], shaped), 1 / take.motion.fps
+    transforms, _ = shaped.transforms_of(take.motion.rotations, take.motion.translations)
+    keys = transforms[:, ropes.key_index].astype(np.float64)
+    simulated = np.stack(
+        [to_key_frame(key, each) - rest for key, each in zip(keys, ropes.positions_on(take.vertices), strict=True)]
+    )
+    once = _swing(play_take(source, bones, take, shape)[:, free], dt)
+    every = once, _swing(once, dt), _swing(simulated.reshape(len(keys), -1)[:, free], dt)
+    return tuple(each[take.clip_frames] for each in every)
 
 
-def _swing(displacements: Sequence[Float[np.ndarray, " free"]], dt: float) -> Float[np.ndarray, "frames free"]:
+def _swing(displacements: Float[np.ndarray, "frames free"], dt: float) -> Float[np.ndarray, "frames free"]:
     """Returns the deviation of displacements from their slow mean, frame by frame [m]."""
     share, mean, found = -np.expm1(-dt / SWING_SECONDS), np.zeros(displacements[0].shape), []
     for each in displacements:
