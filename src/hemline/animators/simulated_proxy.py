@@ -2,32 +2,29 @@
 
 import math
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.bodies.lead_in import Stance, interpolate_poses
-from hemline.collide import ProjectorState
 from hemline.errors import SimulationFailed
 from hemline.garments import Garment
 from hemline.motions import JOINT_NAMES
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import to_matrix
 from hemline.sim.cloth.sheet import Positions
-from hemline.sim.cloth.wind import wind_of
+from hemline.sim.cloth.wind import Wind, wind_of
 from hemline.sim.settings import SimSettings
-from hemline.sim.step.dressed_body import DressedBody
-from hemline.sim.step.frame_end import FrameEnd
-from hemline.sim.step.state import ClothState
 
+from .proxy_solvers.newton import NewtonSolver
+from .proxy_solvers.solver import ProxyCloth, ProxySolver
+from .proxy_solvers.times import FRAME_SECONDS
 from .rigid_transform import RigidTransform
 from .settle import settle_garment
 from .teleport import is_teleport
 
-FRAME_SECONDS = 1 / 30
-"""Length of a frame; a longer time is cut into frames of this length at most [s]."""
 LONGEST_INTERVAL = 0.5
 """Longest time simulated in one step; the rest is skipped [s]."""
 START_FRAMES = 15
@@ -40,42 +37,6 @@ further one."""
 ORIGIN_SPACING = 64.0
 """The local origin follows a body that is farther than this from it along an axis, in steps of this length [m]."""
 
-STEP_HALVINGS = 3
-"""Number of times that a failing step is halved before the cloth is carried instead."""
-
-
-class QualityLevel(NamedTuple):
-    """Settings and cost of a quality level."""
-
-    substeps: int
-    """Backward Euler steps in a frame of 1/30 s."""
-    newton_steps: int
-    """Largest number of Newton steps in each substep."""
-    residual_share: float
-    """Newton steps end once the mean residual force is below this fraction of the mean weight of a vertex."""
-    frame_ms: float
-    """Cost of a frame without vertices [ms]."""
-    vertex_us: float
-    """Cost of each vertex [us]."""
-
-    def settings(self, **others: Any) -> SimSettings:
-        """Returns settings of the simulator; `others` are passed on."""
-        return SimSettings(
-            substeps=self.substeps,
-            newton_steps=self.newton_steps,
-            residual_share=self.residual_share,
-            halvings=STEP_HALVINGS,
-            **others,
-        )
-
-
-QUALITY_LEVELS = {
-    "fine": QualityLevel(4, 6, 0.25, 12.0, 24.0),
-    "good": QualityLevel(2, 6, 0.6, 6.0, 11.0),
-    "fast": QualityLevel(2, 4, 0.9, 5.0, 9.0),
-}
-"""Quality levels, best first. Costs are estimates for the light skirt at 1,000 vertices, without self-contact."""
-
 
 @dataclass(frozen=True, eq=False)
 class ProxyState:
@@ -83,10 +44,8 @@ class ProxyState:
 
     to_world: RigidTransform
     """Transform to the world from local coordinates, those of the place and heading of the body at the start."""
-    cloth: ClothState
+    cloth: ProxyCloth
     """The cloth, in local coordinates."""
-    projector: ProjectorState
-    """State of the projection of the cloth."""
     pose: Pose
     """Pose of the body, in local coordinates."""
     failed_frames: int = 0
@@ -103,23 +62,6 @@ class ProxyState:
         """Returns the state turned about the vertical and shifted; local coordinates do not change."""
         return replace(self, to_world=transform.after(self.to_world))
 
-    def recenter(self, pose: Pose) -> "ProxyState":
-        """Returns the state with its local origin near a pose of the body; nothing moves in the world.
-
-        Args:
-            pose: Pose of the body in the world.
-        """
-        local = self.to_world.back(pose.translation.astype(np.float64))
-        if np.abs(local).max() <= ORIGIN_SPACING:
-            return self
-        shift = ORIGIN_SPACING * np.round(local / ORIGIN_SPACING)
-        body = self.pose.translation.astype(np.float64) - shift
-        return replace(
-            self,
-            to_world=self.to_world.after(RigidTransform.translation(shift)),
-            cloth=replace(self.cloth, positions=self.cloth.positions - shift),
-            pose=Pose(self.pose.rotations, body),
-        )
 
 
 class SimulatedProxy:
@@ -130,21 +72,28 @@ class SimulatedProxy:
         shaped: The body.
         settings: Settings of the simulator.
         rest: The proxy settled in the rest pose (verts, 3) [m]; None settles it here.
+        solver: What moves the cloth.
 
     Raises:
         SimulationFailed: The proxy could not be settled.
     """
 
-    def __init__(self, garment: Garment, shaped: ShapedBody, settings: SimSettings, rest: Positions | None = None):
+    def __init__(
+        self,
+        garment: Garment,
+        shaped: ShapedBody,
+        settings: SimSettings,
+        rest: Positions | None = None,
+        *,
+        solver: Callable[[Garment, ShapedBody, SimSettings, Wind | None], ProxySolver] = NewtonSolver,
+    ):
         self.garment, self.shaped, self.settings = garment, shaped, settings
         self.rest = settle_garment(garment, shaped, self_contact=settings.self_contact) if rest is None else rest
         self._key = JOINT_NAMES.index(garment.key_joint)
         blows = any(settings.wind) or settings.gusts > 0
         self._wind, self._origin = wind_of(settings), np.zeros(3)
         self._to_world = RigidTransform(np.eye(3), np.zeros(3))
-        self._dressed = DressedBody(garment, shaped, settings, self._local_wind if blows else None)
-        self._end = FrameEnd(garment, shaped)
-        self._fresh = self._end.start()
+        self._solver = solver(garment, shaped, settings, self._local_wind if blows else None)
         # the solver reuses its arrays, so that only one step may run at a time
         self._lock = threading.Lock()
 
@@ -156,15 +105,14 @@ class SimulatedProxy:
         first, stance = self.shaped.rest_pose, Stance.of(self.shaped, posed.pose, np.zeros(3))
         turn = to_matrix(stance.turn)
         to_world = RigidTransform(turn, stance.target - turn @ stance.pelvis)
-        cloth, last = self._dressed.stepper.start(self.rest), to_world.pose_back(posed.pose)
-        state = ProxyState(to_world, cloth, self._fresh, first, origin=posed.origin)
+        last = to_world.pose_back(posed.pose)
+        state = ProxyState(to_world, self._solver.start(self.rest), first, origin=posed.origin)
         if np.abs(self.shaped.posed(first).joints - self.shaped.posed(last).joints).max() < 1e-4:
             return state
         for frame in range(START_FRAMES):
             time = (frame + 1) / START_FRAMES
             state = self._frame(state, interpolate_poses(first, last, time * time * (3 - 2 * time)), FRAME_SECONDS)
-        still = np.zeros_like(self.rest)
-        return replace(state, cloth=replace(state.cloth, velocities=still, change=still))
+        return replace(state, cloth=self._solver.stop(state.cloth))
 
     def step(self, state: ProxyState, posed: PosedBody, seconds: float) -> ProxyState:
         """Returns the State after a time in which the body moves from the pose of the State to another one.
@@ -174,7 +122,7 @@ class SimulatedProxy:
             posed: The body at the end.
             seconds: Any time [s]; what exceeds `LONGEST_INTERVAL` is skipped.
         """
-        state = replace(state.recenter(posed.pose), origin=posed.origin)
+        state = replace(self._recenter(state, posed.pose), origin=posed.origin)
         pose = state.to_world.pose_back(posed.pose)
         if is_teleport(state.pose, pose, seconds):
             state = self._teleport(state, pose)
@@ -189,20 +137,10 @@ class SimulatedProxy:
         with self._lock:
             self._to_world, self._origin = state.to_world, np.array(state.origin)
             try:
-                return self._simulate(state, pose, seconds)
+                cloth = self._solver.advance(state.cloth, state.pose, pose, seconds)
             except SimulationFailed:
                 return self._carry(state, pose, seconds)
-
-    def _simulate(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
-        """Simulates a frame, see `sim/takes/simulate.py`."""
-        substeps = max(1, math.ceil(self.settings.substeps * seconds / FRAME_SECONDS - 1e-3))
-        frame = self._dressed.simulate_frame(state.cloth, state.pose, pose, substeps=substeps, seconds=seconds)
-        cloth = frame.state
-        cleaned = self._end.clean(
-            frame.posed, cloth.positions, seconds, cloth.contact_history, projector=state.projector
-        )
-        cloth = self._dressed.apply_projection(frame, cleaned)
-        return ProxyState(state.to_world, cloth, cleaned.projector, pose, origin=state.origin)
+        return ProxyState(state.to_world, cloth, pose, origin=state.origin)
 
     def _carry(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
         """Carries the cloth rigidly with the key joint, and moves it part of the distance to its drape."""
@@ -213,14 +151,22 @@ class SimulatedProxy:
             RigidTransform.of(now.transforms[self._key]).points(self.rest),
         )
         positions = carried + min(1.0, DRAPE_RETURN * 2.0 ** min(state.failed_frames, 9)) * (drape - carried)
-        model, pins = self._dressed.model, self._dressed.scene(now).pinned
-        positions[model.pinned] = pins[model.hard]
-        cleaned = self._end.clean(now, positions, seconds, projector=state.projector)
-        cloth = self._dressed.stepper.start(np.where(model.fixed[:, None], positions, cleaned.positions))
-        cloth = replace(
-            cloth, velocities=KEPT_VELOCITY * motion.vectors(state.cloth.velocities), time=state.cloth.time + seconds
+        velocities = KEPT_VELOCITY * motion.vectors(state.cloth.velocities)
+        cloth = self._solver.place(state.cloth, positions, velocities, now, seconds)
+        return ProxyState(state.to_world, cloth, pose, state.failed_frames + 1, state.origin)
+
+    def _recenter(self, state: ProxyState, pose: Pose) -> ProxyState:
+        """Returns the State with its local origin near a pose of the body in the world; nothing moves there."""
+        local = state.to_world.back(pose.translation.astype(np.float64))
+        if np.abs(local).max() <= ORIGIN_SPACING:
+            return state
+        shift = ORIGIN_SPACING * np.round(local / ORIGIN_SPACING)
+        return replace(
+            state,
+            to_world=state.to_world.after(RigidTransform.translation(shift)),
+            cloth=self._solver.move(state.cloth, RigidTransform.translation(-shift)),
+            pose=Pose(state.pose.rotations, state.pose.translation.astype(np.float64) - shift),
         )
-        return ProxyState(state.to_world, cloth, cleaned.projector, pose, state.failed_frames + 1, state.origin)
 
     def _local_wind(self, seconds: float, positions: Positions) -> Positions:
         """Returns the wind at local positions, in local coordinates [m/s]."""
@@ -232,11 +178,5 @@ class SimulatedProxy:
         rotations[0] = pose.rotations[0]
         target = Pose(rotations, pose.translation)
         before, now = self.shaped.posed(state.pose), self.shaped.posed(target)
-        motion, cloth = RigidTransform.between(before.transforms[0], now.transforms[0]), state.cloth
-        moved: ClothState = replace(
-            cloth,
-            positions=motion.points(cloth.positions),
-            velocities=motion.vectors(cloth.velocities),
-            change=motion.vectors(cloth.change),
-        )
-        return replace(state, cloth=moved, pose=target)
+        motion = RigidTransform.between(before.transforms[0], now.transforms[0])
+        return replace(state, cloth=self._solver.move(state.cloth, motion), pose=target)

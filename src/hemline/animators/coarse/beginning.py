@@ -6,7 +6,8 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.simulated_proxy import QUALITY_LEVELS, SimulatedProxy
+from hemline.animators.proxy_solvers.newton import newton_settings
+from hemline.animators.simulated_proxy import SimulatedProxy
 from hemline.arrays import Float
 
 from .proxy_on_body import ProxyOnBody
@@ -38,5 +39,4 @@ class Beginning:
 
 def opening_simulator(proxy: ProxyOnBody) -> SimulatedProxy:
     """Returns what simulates a proxy before the network takes over."""
-    settings = QUALITY_LEVELS["good"].settings()
-    return SimulatedProxy(proxy.garment, proxy.shaped, settings, proxy.rest.astype(np.float64))
+    return SimulatedProxy(proxy.garment, proxy.shaped, newton_settings(), proxy.rest.astype(np.float64))

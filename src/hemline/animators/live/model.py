@@ -9,6 +9,8 @@ import numpy as np
 
 from hemline.animators.own_body import refuse_other_body
 from hemline.animators.proxy_animator import DressedProxy, ProxyAnimator, read_proxy, settle_proxy
+from hemline.animators.proxy_solvers.newton import NewtonSolver
+from hemline.animators.proxy_solvers.small_steps import SmallStepSolver
 from hemline.animators.rigid_transform import RigidTransform
 from hemline.animators.simulated_proxy import ProxyState, SimulatedProxy
 from hemline.arrays import Vertices
@@ -72,8 +74,8 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
     @property
     def figures(self) -> Mapping[str, float]:
         """Number of simulated vertices, and of substeps in a frame of 1/30 s."""
-        level = self.config.level(len(self.rest))
-        return {"simulated_vertices": float(len(self.rest)), "substeps": float(level.substeps)}
+        substeps = self.config.settings(len(self.rest)).substeps
+        return {"simulated_vertices": float(len(self.rest)), "substeps": float(substeps)}
 
     def in_wind(self, wind: tuple[float, float, float]) -> Self:
         """Returns the animator in a wind of the world [m/s]. It can step the States of this one."""
@@ -129,7 +131,8 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
     def _prepare(self, dressed: DressedProxy, shaped: ShapedBody) -> LiveOnBody:
         settings = self.config.settings(len(dressed.vertex_ids))
         rest = None if dressed.rest is None else dressed.rest.astype(np.float64)
-        simulator = SimulatedProxy(dressed.coarse, shaped, settings, rest)
+        solver = NewtonSolver if self.config.exact else SmallStepSolver
+        simulator = SimulatedProxy(dressed.coarse, shaped, settings, rest, solver=solver)
         return LiveOnBody(simulator, Embedding.of(dressed.fine, dressed.coarse, dressed.vertex_ids))
 
     def save(self, path: str | Path) -> None:

@@ -6,9 +6,8 @@ dataset of its own; existing takes are kept, so a killed run can be continued. W
 cluster simulate; meshes are still tried on in this process. A garment is a name or a file; a mesh that does not sit on
 the body is tried on. `--only CLIP...`, `--betas`, `--edge` and `--most` make the takes that models are evaluated on.
 
-`--generated N` adds N random designs with the kinds in turn, close-fitting in every other round. `--quality good` uses
-the settings of `hemline animate live --quality good`, several times as fast as `hemline simulate`, and leaves
-overlapping limbs as they are.
+`--generated N` adds N random designs with the kinds in turn, close-fitting in every other round. `--rough` takes
+fewer steps to a larger residual, several times as fast as `hemline simulate`, and leaves overlapping limbs as they are.
 """
 
 import argparse
@@ -22,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, motions
-from hemline.animators.simulated_proxy import QUALITY_LEVELS
+from hemline.animators.proxy_solvers.newton import newton_settings
 from hemline.datasets import Row
 from hemline.errors import BadCluster, HemlineError
 from hemline.garments.garment import Garment
@@ -69,7 +68,7 @@ class Recipe:
     folder: Path
     size: ProxySize
     settings: SimSettings | None
-    """Settings of a quality level of `live`; None for those of `hemline simulate`."""
+    """Settings of the simulator; None for those of `hemline simulate`."""
     seconds: float
     parts: tuple[TakePart, ...]
 
@@ -81,7 +80,7 @@ def main() -> None:
     parser.add_argument("garments", nargs="*", help="Garments to simulate, by name or file.")
     parser.add_argument("--generated", type=int, default=0, help="Number of additional random designs.")
     parser.add_argument("--first-seed", type=int, default=1000, help="Seed of the first random design.")
-    parser.add_argument("--quality", choices=QUALITY_LEVELS, help="Quality level of live. Defaults to simulate.")
+    parser.add_argument("--rough", action="store_true", help="Simulate with fewer and rougher steps.")
     parser.add_argument("-o", "--output", type=Path, required=True, help="Folder of the datasets.")
     parser.add_argument("--only", nargs="*", default=None, help="Clips to use. Defaults to fit.clips.")
     parser.add_argument("--takes", type=int, default=8, help="Number of takes per garment.")
@@ -100,7 +99,7 @@ def main() -> None:
     if not garments:
         parser.error("name garments, or ask for random designs with --generated")
     size = ProxySize(edge=options.edge, most=options.most, fewest=min(options.most, options.fewest))
-    settings = QUALITY_LEVELS[options.quality].settings() if options.quality else None
+    settings = newton_settings() if options.rough else None
     clips, shapes = [options.clips / name for name in names], body_shapes(options.betas, options.bodies, options.seed)
     dealt = deal_parts(clips, len(garments), options.takes, options.seed, shapes)
     recipes = [

@@ -13,7 +13,7 @@ from hemline.animators.coarse.features.pelvis_frame import PelvisFrame, body_inp
 from hemline.animators.coarse.features.pose_history import PoseHistory
 from hemline.animators.coarse.features.rest_features import fit_features, vertex_masses
 from hemline.animators.coarse.features.trail import Trail
-from hemline.animators.simulated_proxy import QUALITY_LEVELS
+from hemline.animators.proxy_solvers.newton import newton_settings
 from hemline.arrays import Float
 from hemline.datasets import Take, open_dataset
 from hemline.datasets.collection import Collection, Entry
@@ -245,7 +245,7 @@ def frames_of(on_body: DatasetProxy, take: Take, walk: TakeWalk, number: int) ->
 def _beginning_positions(on_body: DatasetProxy, take: Take) -> Float[np.ndarray, "verts 3"]:
     """Returns the positions of the proxy at the end of the lead-in, simulated as in play [m]."""
     proxy, last = on_body.proxy, int(take.lead_in.sum()) - 1
-    same = content_hash(take.inputs.get("settings", {})) == content_hash(asdict(QUALITY_LEVELS["good"].settings()))
+    same = content_hash(take.inputs.get("settings", {})) == content_hash(asdict(newton_settings()))
     if last >= 0 and same:
         return take.vertices[last][on_body.vertex_ids]
     state = on_body.simulator.start(proxy.shaped.posed(take.motion[0]))
