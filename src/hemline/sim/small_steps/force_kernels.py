@@ -20,6 +20,18 @@ class Surroundings(NamedTuple):
     """Rate at which the velocities of the ends of an edge become alike [1/s]."""
 
 
+@kernel(forceinline=True)
+def add_force(give, i, x, y, z, accelerations):
+    """Adds a force on a vertex.
+
+    Reads: give (verts,): acceleration for each newton [1/kg]; i: the vertex; x, y, z: the force [N].
+    Writes: accelerations (verts, 3) [m/s^2].
+    """
+    accelerations[i, 0] += give[i] * x
+    accelerations[i, 1] += give[i] * y
+    accelerations[i, 2] += give[i] * z
+
+
 @kernel
 def add_air(sheet, wind, half_density, positions, velocities, accelerations):
     """Adds drag and lift of the air, as `sim.cloth.air_kernels` computes them.
@@ -51,33 +63,74 @@ def add_air(sheet, wind, half_density, positions, velocities, accelerations):
         steep = scale * sheet.lift[f] * speed * along
         fx, fy, fz = plain * ux + steep * nx, plain * uy + steep * ny, plain * uz + steep * nz
         for v in (i, j, k):
-            accelerations[v, 0] += inverse[v] * fx
-            accelerations[v, 1] += inverse[v] * fy
-            accelerations[v, 2] += inverse[v] * fz
+            add_force(inverse, v, fx, fy, fz, accelerations)
 
 
 @kernel
-def add_bending(sheet, seconds, positions, accelerations):
-    """Adds the bending forces, damped as if each vertex moved alone, so that a stiff fabric stays stable.
+def add_bending(sheet, give, positions, accelerations):
+    """Adds the forces of bending about each inner edge, as `sim.cloth.hinge_kernels` computes them.
 
-    Model: a_i = -(Q x)_i / (m_i + h^2 Q_ii)
-    Reads: sheet: a `SpringSheet`; seconds: h, the time for which the forces are kept [s]; positions (verts, 3) [m].
+    Reads: sheet: a `SpringSheet`; give (verts,): acceleration for each newton [1/kg]; positions (verts, 3) [m].
     Writes: accelerations (verts, 3) [m/s^2].
     """
-    start, columns, values, inverse = sheet.row_start, sheet.columns, sheet.bending, sheet.inverse_masses
-    one = np.float32(1)
-    for number in range(len(positions)):
-        i = _index(number)
+    hinges, zero, one, two, tiny = sheet.hinges, np.float32(0), np.float32(1), np.float32(2), np.float32(1e-20)
+    half_one = np.float32(0.5)
+    for number in range(len(hinges)):
+        h = _index(number)
+        i, j, k, l = _index(hinges[h, 0]), _index(hinges[h, 1]), _index(hinges[h, 2]), _index(hinges[h, 3])
         x, y, z = positions[i, 0], positions[i, 1], positions[i, 2]
-        fx, fy, fz = np.float32(0), np.float32(0), np.float32(0)
-        for entry in range(start[i], start[i + _index(1)]):
-            e = _index(entry)
-            j, q = _index(columns[e]), values[e]
-            fx, fy, fz = fx + q * (x - positions[j, 0]), fy + q * (y - positions[j, 1]), fz + q * (z - positions[j, 2])
-        w = inverse[i] / (one + seconds * seconds * sheet.bending_diagonal[i] * inverse[i])
-        accelerations[i, 0] += w * fx
-        accelerations[i, 1] += w * fy
-        accelerations[i, 2] += w * fz
+        ex, ey, ez = positions[j, 0] - x, positions[j, 1] - y, positions[j, 2] - z
+        ax, ay, az = positions[k, 0] - x, positions[k, 1] - y, positions[k, 2] - z
+        bx, by, bz = positions[l, 0] - x, positions[l, 1] - y, positions[l, 2] - z
+        mx, my, mz = ey * az - ez * ay, ez * ax - ex * az, ex * ay - ey * ax
+        nx, ny, nz = by * ez - bz * ey, bz * ex - bx * ez, bx * ey - by * ex
+        ee, mm, nn = ex * ex + ey * ey + ez * ez, mx * mx + my * my + mz * mz, nx * nx + ny * ny + nz * nz
+        if min(mm, nn) < tiny:
+            continue
+        length, both = np.sqrt(ee), np.sqrt(mm * nn)
+        cosine = min(max((mx * nx + my * ny + mz * nz) / both, -one), one)
+        sine = (my * nz - mz * ny) * ex + (mz * nx - mx * nz) * ey + (mx * ny - my * nx) * ez
+        bent, half = np.sqrt(two * (one - cosine)), np.sqrt(half_one * (one + cosine))
+        scale = sheet.hinge_weights[h] * ((-bent if sine < zero else bent) - sheet.hinge_rests[h]) * half * length
+        at_k, at_l = scale / mm, scale / nn
+        part_k, part_l = (ax * ex + ay * ey + az * ez) / ee, (bx * ex + by * ey + bz * ez) / ee
+        kx, ky, kz, lx, ly, lz = at_k * mx, at_k * my, at_k * mz, at_l * nx, at_l * ny, at_l * nz
+        rest_k, rest_l = one - part_k, one - part_l
+        add_force(give, k, kx, ky, kz, accelerations)
+        add_force(give, l, lx, ly, lz, accelerations)
+        add_force(
+            give,
+            i,
+            -rest_k * kx - rest_l * lx,
+            -rest_k * ky - rest_l * ly,
+            -rest_k * kz - rest_l * lz,
+            accelerations,
+        )
+        add_force(
+            give,
+            j,
+            -part_k * kx - part_l * lx,
+            -part_k * ky - part_l * ly,
+            -part_k * kz - part_l * lz,
+            accelerations,
+        )
+
+
+@kernel
+def bending_give(sheet, seconds):
+    """Computes how far a force of bending accelerates each vertex, as if the vertex moved alone in an implicit step.
+
+    A fabric that is too stiff for the step so stays stable.
+
+    Model: 1 / (m_i + h^2 Q_ii)
+    Reads: sheet: a `SpringSheet`; seconds: h, the time for which the forces are kept [s].
+    Returns: Acceleration for each newton (verts,) [1/kg], float32.
+    """
+    inverse, give = sheet.inverse_masses, np.empty_like(sheet.inverse_masses)
+    for number in range(len(inverse)):
+        i = _index(number)
+        give[i] = inverse[i] / (np.float32(1) + seconds * seconds * sheet.bending_stiffness[i] * inverse[i])
+    return give
 
 
 @kernel
@@ -112,5 +165,5 @@ def accelerate(sheet, surroundings, wind, seconds, positions, velocities, accele
     for i in range(len(positions)):
         accelerations_out[i, 0], accelerations_out[i, 1], accelerations_out[i, 2] = gravity[0], gravity[1], gravity[2]
     add_air(sheet, wind, surroundings.half_density, positions, velocities, accelerations_out)
-    add_bending(sheet, seconds, positions, accelerations_out)
+    add_bending(sheet, bending_give(sheet, seconds), positions, accelerations_out)
     add_viscosity(sheet, surroundings.viscosity, velocities, accelerations_out)

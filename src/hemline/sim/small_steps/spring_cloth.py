@@ -28,7 +28,7 @@ FRAME_SECONDS = 1 / 30
 """Length of the frame that has `SimSettings.substeps` steps [s]."""
 HELD_SECONDS = 0.008
 """Time for which forces of air and bending are kept [s]."""
-VISCOSITY = 10.0
+VISCOSITY = 15.0
 """Rate at which the velocities of the ends of an edge become alike [1/s]."""
 NEAR = 0.1
 """Distance from the skin up to which a vertex may touch it within a frame [m]."""

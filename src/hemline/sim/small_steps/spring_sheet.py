@@ -29,14 +29,14 @@ class SpringSheet(NamedTuple):
     """Drag coefficient of each triangle."""
     lift: Float[np.ndarray, " faces"]
     """Lift coefficient of each triangle."""
-    row_start: Int[np.ndarray, " verts+1"]
-    """Where each vertex's entries of the bending matrix begin."""
-    columns: Int[np.ndarray, " entries"]
-    """Other vertex of each entry."""
-    bending: Float[np.ndarray, " entries"]
-    """Off-diagonal entries of the bending matrix [N/m]."""
-    bending_diagonal: Float[np.ndarray, " verts"]
-    """Diagonal entries [N/m]."""
+    hinges: Int[np.ndarray, "hinges 4"]
+    """Inner edges with the two vertices opposite."""
+    hinge_weights: Float[np.ndarray, " hinges"]
+    """Stiffness of each hinge [N m], see `Sheet`."""
+    hinge_rests: Float[np.ndarray, " hinges"]
+    """2 sin(angle / 2) of each hinge at rest."""
+    bending_stiffness: Float[np.ndarray, " verts"]
+    """Diagonal of the bending matrix [N/m]."""
     pins: Int[np.ndarray, " pins"]
     """Pinned vertices."""
     pin_compliances: Float[np.ndarray, " pins"]
@@ -47,8 +47,7 @@ def spring_sheet(garment: Garment, sheet: Sheet, order: Int[np.ndarray, " verts"
     r"""Lays out a garment.
 
     The stiffness of an edge is $k_e = Y \sum A / l^2$, with the areas $A$ of its triangles and its length $l$. On
-    equilateral triangles these springs have Young's modulus $Y$ and Poisson's ratio 1/3. The bending matrix is that of
-    `Sheet`.
+    equilateral triangles these springs have Young's modulus $Y$ and Poisson's ratio 1/3. Bending is that of `Sheet`.
 
     Args:
         garment: The garment.
@@ -58,8 +57,6 @@ def spring_sheet(garment: Garment, sheet: Sheet, order: Int[np.ndarray, " verts"
     Source: Van Gelder, "Approximate simulation of elastic membranes by triangulated spring meshes", 1998, Eq. 20,
         without its correction for other Poisson's ratios.
     """
-    from scipy.sparse import csr_array
-
     count = len(order)
     number = np.empty(count, np.int64)
     number[order] = np.arange(count)
@@ -68,12 +65,7 @@ def spring_sheet(garment: Garment, sheet: Sheet, order: Int[np.ndarray, " verts"
     stiffness = _edge_stiffness(sheet, number, fine.edges)
     inverse_masses = 1 / sheet.mass[order]
     inverse_masses[number[garment.pins.vertices[stiff]]] = 0
-    near, far = (
-        csr_array((values, rows.columns.astype(np.int64), rows.starts.astype(np.int64)), shape=(count, count))
-        for rows, values in ((sheet.ring, sheet.ring_bending), (sheet.far, sheet.far_bending))
-    )
-    matrix = (near + far).tocsr()[order][:, order].tocsr()
-    matrix.sort_indices()
+    rests = sheet.hinge_rest if len(sheet.hinge_rest) else np.zeros(len(sheet.hinges))
     return SpringSheet(
         edges=fine.edges,
         lengths=fine.lengths,
@@ -83,10 +75,10 @@ def spring_sheet(garment: Garment, sheet: Sheet, order: Int[np.ndarray, " verts"
         faces=number[garment.faces].astype(np.int32),
         drag=sheet.drag.astype(np.float32),
         lift=sheet.lift.astype(np.float32),
-        row_start=matrix.indptr.astype(np.int32),
-        columns=matrix.indices.astype(np.int32),
-        bending=matrix.data.astype(np.float32),
-        bending_diagonal=(-np.asarray(matrix.sum(axis=1)).ravel()).astype(np.float32),
+        hinges=number[sheet.hinges].astype(np.int32),
+        hinge_weights=sheet.hinge_weight.astype(np.float32),
+        hinge_rests=(2 * np.sin(0.5 * rests)).astype(np.float32),
+        bending_stiffness=_bending_diagonal(sheet)[order].astype(np.float32),
         pins=number[garment.pins.vertices].astype(np.int32),
         pin_compliances=(1 / garment.pins.stiffness).astype(np.float32),
     )
@@ -106,3 +98,13 @@ def _edge_stiffness(
     rank = np.argsort(keys)
     wanted = np.sort(edges.astype(np.int64), axis=1) @ np.array([len(number), 1])
     return stiffness[rank[np.searchsorted(keys[rank], wanted)]]
+
+
+def _bending_diagonal(sheet: Sheet) -> Float[np.ndarray, " verts"]:
+    """Returns the diagonal of the bending matrix [N/m], minus the sum of the other entries of each row."""
+    diagonal = np.zeros(sheet.vertex_count)
+    for rows, values in ((sheet.ring, sheet.ring_bending), (sheet.far, sheet.far_bending)):
+        diagonal -= np.bincount(
+            np.repeat(np.arange(sheet.vertex_count), np.diff(rows.starts)), values, minlength=sheet.vertex_count
+        )
+    return diagonal
