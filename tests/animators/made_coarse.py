@@ -30,6 +30,12 @@ def live_cape() -> AnimatorLive:
 
 
 @cache
+def exact_cape() -> AnimatorLive:
+    """The same cape, simulated by the offline simulator."""
+    return Live(LiveConfig(fewest=150, most=200, quality="exact")).animator_for(live_cape().garment, body())
+
+
+@cache
 def two_sheets() -> tuple[Garment, Garment, np.ndarray]:
     """Two flat squares on each other, and every other row and column of them."""
     size, step = 13, 0.01

@@ -17,7 +17,8 @@ from hemline.animators.coarse.displacement import (
 )
 from hemline.animators.coarse.features.columns import DYNAMIC
 from hemline.animators.coarse.wearable import CoarseWearable
-from hemline.animators.simulated_proxy import QUALITY_LEVELS, SimulatedProxy
+from hemline.animators.newton_solver import newton_settings
+from hemline.animators.simulated_proxy import SimulatedProxy
 from hemline.errors import BadInput
 from tests.contract.made_models import lag_weights, small_cape
 
@@ -50,11 +51,9 @@ def frames(body, motion):
     return animator, found
 
 
-def test_it_is_what_the_simulator_of_live_makes_of_its_proxy(frames, body, motion):
+def test_it_is_what_the_offline_simulator_makes_of_its_proxy(frames, body, motion):
     animator, found = frames
-    proxy = SimulatedProxy(
-        animator.coarse[0], body, QUALITY_LEVELS["good"].settings(), animator.rest.astype(np.float64)
-    )
+    proxy = SimulatedProxy(animator.coarse[0], body, newton_settings(), animator.rest.astype(np.float64))
     state = proxy.start(body.posed(motion[0]))
     for frame in range(1, SIMULATED):
         state = proxy.step(state, body.posed(motion[frame]), DT)

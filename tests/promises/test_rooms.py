@@ -35,7 +35,7 @@ BESIDE = {
 }
 """Pairs in one set of which the first may import the second."""
 INNER = {
-    "sim": ["settings", "cloth", "solver", "contact", "step", "rest", "takes"],
+    "sim": ["settings", "cloth", "solver", "contact", "step", "small_steps", "rest", "takes"],
     "collide": ["primitives", "winding", "surface", "whole", "cover", "projection", "close", "layers", "neural_sdf"],
 }
 """Rooms inside a room, from left to right; its `__init__` is the door to all of them."""
@@ -44,7 +44,10 @@ CLIPS_ONLY = {"study"}
 """Rooms that see files of clips only."""
 SHARED = "coarse"
 """What animators share that move a coarse garment by a network; it imports none of them."""
-FROM_SIM = {"animators/live", "animators/coarse", "animators/simulated_proxy", "animators/settle"}
+FROM_SIM = {
+    f"animators/{room}"
+    for room in ("live", "coarse", "simulated_proxy", "newton_solver", "small_step_solver", "proxy_solver", "settle")
+}
 """Animators whose garments settle, or move, by the simulator while they are prepared or shown, and what they share."""
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
 FILES = files()

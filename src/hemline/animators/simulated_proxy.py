@@ -18,9 +18,8 @@ from hemline.sim.cloth.sheet import Positions
 from hemline.sim.cloth.wind import Wind, wind_of
 from hemline.sim.settings import SimSettings
 
-from .proxy_solvers.newton import NewtonSolver
-from .proxy_solvers.solver import ProxyCloth, ProxySolver
-from .proxy_solvers.times import FRAME_SECONDS
+from .newton_solver import NewtonSolver
+from .proxy_solver import FRAME_SECONDS, ProxyCloth, ProxySolver
 from .rigid_transform import RigidTransform
 from .settle import settle_garment
 from .teleport import is_teleport
@@ -61,7 +60,6 @@ class ProxyState:
     def relocate(self, transform: RigidTransform) -> "ProxyState":
         """Returns the state turned about the vertical and shifted; local coordinates do not change."""
         return replace(self, to_world=transform.after(self.to_world))
-
 
 
 class SimulatedProxy:

@@ -8,7 +8,7 @@ import pytest
 import hemline
 from hemline import animators, garments
 from hemline.animators.live import KIND, Live, LiveConfig
-from hemline.animators.simulated_proxy import QUALITY_LEVELS
+from hemline.animators.live.config import QUALITY_LEVELS
 from hemline.cli.main import main
 from hemline.errors import BadInput, BadModel
 from hemline.files import read_tensors, write_tensors
@@ -28,7 +28,7 @@ def test_it_is_known_by_its_name_and_needs_no_fit(tmp_path):
 
 
 def test_options_travel_in_a_file(tmp_path):
-    windy = Live(LiveConfig(wind=(1.0, 0.0, -3.0), quality="fast", self_contact=True))
+    windy = Live(LiveConfig(wind=(1.0, 0.0, -3.0), quality="exact", self_contact=True))
     windy.save(tmp_path / "windy.safetensors")
     assert hemline.load(tmp_path / "windy.safetensors") == windy
 
@@ -43,7 +43,14 @@ def test_a_fit_is_refused():
     [
         ({"edge": 0.0}, "option 'edge' must be positive"),
         ({"most": 0}, "option 'most' must be positive"),
-        ({"quality": "best"}, "option 'quality' must be one of a few; got 'best'; use one of budget, fast, good, fine"),
+        (
+            {"quality": "best"},
+            "option 'quality' must be one of a few; got 'best'; use one of budget, fast, good, fine, exact",
+        ),
+        (
+            {"quality": "fine", "self_contact": True},
+            "self-contact is simulated by --quality exact alone; got --quality fine",
+        ),
         ({"budget_ms": -1.0}, "option 'budget_ms' must be positive"),
         ({"wind": (1.0, float("nan"), 0.0)}, "option 'wind' must be a vector"),
         ({"gusts": -1.0}, "option 'gusts' must not be negative"),
@@ -56,8 +63,8 @@ def test_options_that_make_no_sense_are_refused(options, complaint):
 
 def test_a_budget_buys_the_best_level_that_it_can_pay():
     level = LiveConfig().level
-    assert level(500) == QUALITY_LEVELS["fine"] and level(1000) == QUALITY_LEVELS["good"]
-    assert LiveConfig(budget_ms=1000.0).level(1500) == QUALITY_LEVELS["fine"]
+    assert level(1500) == QUALITY_LEVELS["fine"]
+    assert LiveConfig(budget_ms=5.0).level(1000) == QUALITY_LEVELS["good"]
     assert LiveConfig(budget_ms=1.0).level(1500) == QUALITY_LEVELS["fast"]
     assert LiveConfig(quality="fine", budget_ms=1.0).level(1500) == QUALITY_LEVELS["fine"]
     costs = [LiveConfig.cost_ms(each, 1000) for each in QUALITY_LEVELS.values()]

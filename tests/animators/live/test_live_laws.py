@@ -12,6 +12,7 @@ from hemline.meshes import edge_strains
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import from_axis_angle, multiply, to_matrix
 from hemline.playback import play
+from hemline.sim.small_steps.spring_cloth import SpringCloth
 from hemline.sim.step.dressed_body import DressedBody
 from tests.animators import made_coarse as made
 
@@ -48,7 +49,7 @@ def stretched(animator, vertices):
 
 
 def test_at_rest_it_stays_as_it_has_settled():
-    live, posed = made.live_cape(), made.body().posed(made.body().rest_pose)
+    live, posed = made.exact_cape(), made.body().posed(made.body().rest_pose)
     state = live.start(posed)
     before = state.cloth.positions.copy()
     for _ in range(5):
@@ -105,13 +106,17 @@ def test_any_time_is_taken(run, poses, dt):
     assert np.linalg.norm(after - vertices, axis=1).max() < 0.6
 
 
-def test_where_no_step_can_be_taken_the_cloth_is_carried_and_comes_back_to_its_drape(run, poses, monkeypatch):
+@pytest.mark.parametrize("exact", [False, True])
+def test_where_no_step_can_be_taken_the_cloth_is_carried_and_comes_back_to_its_drape(poses, exact, monkeypatch):
     def fails(*args, **options):
         raise SimulationFailed("a step")
 
-    live, (state, _) = made.live_cape(), run
+    live = made.exact_cape() if exact else made.live_cape()
+    state = live.start(made.body().posed(poses[0]))
+    state, _ = live.step(state, made.body().posed(poses[1]), DT)
     with monkeypatch.context() as patch:
         patch.setattr(DressedBody, "simulate_frame", fails)
+        patch.setattr(SpringCloth, "advance", fails)
         once, _ = live.step(state, made.body().posed(poses[0]), DT)
         lost = once
         for index in range(6):
@@ -125,6 +130,21 @@ def test_where_no_step_can_be_taken_the_cloth_is_carried_and_comes_back_to_its_d
     assert np.median(apart) < 1e-3  # but for what the projection moves
     again, _ = live.step(lost, made.body().posed(put(poses[0], (0.5, 0, 0))), DT)
     assert again.failed_frames == 0
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_far_from_the_origin_it_moves_as_it_does_near_it(poses, exact):
+    """A kilometre away; the local origin follows the body."""
+    live, ends = made.exact_cape() if exact else made.live_cape(), []
+    for way in ((0.0, 0.0, 0.0), (1000.0, 0.0, 0.0)):
+        state = live.start(made.body().posed(poses[0]))
+        # the body runs there in steps that are too long to be simulated
+        for step in range(1, 17):
+            state, _ = live.step(state, made.body().posed(put(poses[0], np.array(way) * step / 16)), 1.0)
+        for pose in poses[1:3]:
+            state, vertices = live.step(state, made.body().posed(put(pose, way)), DT)
+        ends.append(vertices.astype(np.float64) - way)
+    assert np.linalg.norm(ends[1] - ends[0], axis=1).mean() < 0.02
 
 
 def test_a_pose_that_jumps_makes_no_mess(run, poses):

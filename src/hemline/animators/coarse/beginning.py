@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from hemline.animators.proxy_solvers.newton import newton_settings
+from hemline.animators.newton_solver import newton_settings
 from hemline.animators.simulated_proxy import SimulatedProxy
 from hemline.arrays import Float
 

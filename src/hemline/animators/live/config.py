@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from hemline.animators.proxy_solvers.newton import newton_settings
+from hemline.animators.newton_solver import newton_settings
 from hemline.errors import BadInput
 from hemline.garments.proxy.proxy import ProxySize
 from hemline.options import check_options, not_negative, positive

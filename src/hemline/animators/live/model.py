@@ -7,12 +7,12 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from hemline.animators.newton_solver import NewtonSolver
 from hemline.animators.own_body import refuse_other_body
 from hemline.animators.proxy_animator import DressedProxy, ProxyAnimator, read_proxy, settle_proxy
-from hemline.animators.proxy_solvers.newton import NewtonSolver
-from hemline.animators.proxy_solvers.small_steps import SmallStepSolver
 from hemline.animators.rigid_transform import RigidTransform
 from hemline.animators.simulated_proxy import ProxyState, SimulatedProxy
+from hemline.animators.small_step_solver import SmallStepSolver
 from hemline.arrays import Vertices
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.compiled import real_time_threads

@@ -115,7 +115,7 @@ def fine_model(faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"], pinned:
     inner = ~np.isin(edges, pinned).all(axis=1)
     edges, lengths = edges[inner], lengths[inner]
     blocks = -(-count // BLOCK_SIZE)
-    order = np.lexsort((_colours(edges, count), edges[:, 0] // BLOCK_SIZE))
+    order = sweep_order(edges, count)
     edges, lengths = edges[order], lengths[order]
     own, other = edges[:, 0] // BLOCK_SIZE, edges[:, 1] // BLOCK_SIZE
     pairs = np.unique(np.concatenate([np.stack([own, own], 1), np.stack([other, own], 1)]), axis=0)
@@ -130,6 +130,16 @@ def fine_model(faces: Faces, rest_edges: Float[np.ndarray, "faces 2 2"], pinned:
         beside=pairs[:, 1].astype(np.int32),
         block_size=BLOCK_SIZE,
     )
+
+
+def sweep_order(edges: Int[np.ndarray, "edges 2"], count: int) -> Int[np.ndarray, " edges"]:
+    """Returns the order in which sweeps go over edges: block by block of vertices, colour by colour in each block.
+
+    Args:
+        edges: Pairs of vertices.
+        count: Number of vertices.
+    """
+    return np.lexsort((_colours(edges, count), edges[:, 0] // BLOCK_SIZE))
 
 
 def _colours(edges: np.ndarray, count: int) -> np.ndarray:

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from hemline import bodies, motions
-from hemline.animators.proxy_solvers.newton import newton_settings
+from hemline.animators.newton_solver import newton_settings
 from hemline.datasets import Row
 from hemline.errors import BadCluster, HemlineError
 from hemline.garments.garment import Garment

@@ -33,15 +33,18 @@ def add_force(give, i, x, y, z, accelerations):
 
 
 @kernel
-def add_air(sheet, wind, half_density, positions, velocities, accelerations):
-    """Adds drag and lift of the air, as `sim.cloth.air_kernels` computes them.
+def add_air(sheet, wind, half_density, seconds, positions, velocities, accelerations):
+    """Adds drag and lift of the air, as `sim.cloth.air_kernels` computes them, damped as in an implicit step.
 
-    Reads: sheet: a `SpringSheet`; wind (verts, 3) [m/s]; half_density [kg/m^3]; positions (verts, 3) [m]; velocities
-        (verts, 3) [m/s].
+    So no vertex is blown faster than the wind, however long the forces are kept.
+
+    Model: a_i = F_i / (m_i + 6 h |D|), with F = D (wind - v) on each of about six triangles
+    Reads: sheet: a `SpringSheet`; wind (verts, 3) [m/s]; half_density [kg/m^3]; seconds: h, the time for which the
+        forces are kept [s]; positions (verts, 3) [m]; velocities (verts, 3) [m/s].
     Writes: accelerations (verts, 3) [m/s^2].
     """
     faces, inverse, third, half = sheet.faces, sheet.inverse_masses, np.float32(1 / 3), np.float32(0.5)
-    zero = np.float32(0)
+    zero, one = np.float32(0), np.float32(1)
     for number in range(len(faces)):
         f = _index(number)
         i, j, k = _index(faces[f, 0]), _index(faces[f, 1]), _index(faces[f, 2])
@@ -60,10 +63,12 @@ def add_air(sheet, wind, half_density, positions, velocities, accelerations):
         along = ux * nx + uy * ny + uz * nz
         across, scale = abs(along), half_density * half * double * third
         plain = scale * across * max(sheet.drag[f] - sheet.lift[f] * across / speed, zero)
-        steep = scale * sheet.lift[f] * speed * along
-        fx, fy, fz = plain * ux + steep * nx, plain * uy + steep * ny, plain * uz + steep * nz
+        steep = scale * sheet.lift[f] * speed
+        damping, normal = np.float32(6) * seconds * (plain + steep), steep * along
+        fx, fy, fz = plain * ux + normal * nx, plain * uy + normal * ny, plain * uz + normal * nz
         for v in (i, j, k):
-            add_force(inverse, v, fx, fy, fz, accelerations)
+            share = one / (one + damping * inverse[v])
+            add_force(inverse, v, share * fx, share * fy, share * fz, accelerations)
 
 
 @kernel
@@ -164,6 +169,6 @@ def accelerate(sheet, surroundings, wind, seconds, positions, velocities, accele
     gravity = surroundings.gravity
     for i in range(len(positions)):
         accelerations_out[i, 0], accelerations_out[i, 1], accelerations_out[i, 2] = gravity[0], gravity[1], gravity[2]
-    add_air(sheet, wind, surroundings.half_density, positions, velocities, accelerations_out)
+    add_air(sheet, wind, surroundings.half_density, seconds, positions, velocities, accelerations_out)
     add_bending(sheet, bending_give(sheet, seconds), positions, accelerations_out)
     add_viscosity(sheet, surroundings.viscosity, velocities, accelerations_out)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hemline.arrays import Float, Int
+from hemline.arrays import Int
 from hemline.collide.surface.garment_on_body import GarmentOnBody
 from hemline.collide.surface.posed_surface import PosedSurface
 from hemline.errors import SimulationFailed
@@ -16,9 +16,9 @@ from hemline.sim.settings import SimSettings
 from hemline.sim.step.dressed_body import make_garment_sheet
 
 from .force_kernels import Surroundings
+from .skin_push_kernels import MovingBody, PushSettings, SkinPlaces
 from .spring_sheet import spring_sheet
-from .step_kernels import PinTargets, StepCloth, StepSettings, advance_frame
-from .touch_kernels import Contact, ContactSettings, MovingBody
+from .step_kernels import FrameSettings, PinTargets, StepCloth, advance_frame
 
 if TYPE_CHECKING:
     from hemline.bodies import PosedBody, ShapedBody
@@ -70,7 +70,9 @@ class SpringCloth:
     def __init__(self, garment: "Garment", shaped: "ShapedBody", settings: SimSettings, wind: Wind | None = None):
         self.garment, self.shaped, self.settings = garment, shaped, settings
         self.on_body = GarmentOnBody.of(shaped, garment.vertices)
-        self.sheet = spring_sheet(garment, make_garment_sheet(garment), self.on_body.order)
+        pins, order = garment.pins, self.on_body.order
+        self.sheet = spring_sheet(make_garment_sheet(garment), pins.vertices, pins.stiffness, order)
+        self._hard = np.isinf(pins.stiffness)
         self._wind = wind_of(settings) if wind is None else wind
 
     def start(self, positions: Positions) -> SpringState:
@@ -97,14 +99,15 @@ class SpringCloth:
         steps = max(1, math.ceil(self.settings.substeps * seconds / FRAME_SECONDS - 1e-3))
         frame = np.hstack([np.eye(3), origin[:, None]])
         first, second = (PosedSurface.at(self.on_body.patches, frame, each.vertices).skin for each in (before, after))
-        pins = (np.asarray(self.garment.pins.on(each), np.float64) - origin for each in (before, after))
+        pins, hard = [np.asarray(self.garment.pins.on(each), np.float64) for each in (before, after)], self._hard
+        pins[0][hard] = state.positions[self.garment.pins.vertices[hard]]
         count = len(order)
         cloth = StepCloth(
             (state.positions[order] - origin).astype(np.float32),
             state.velocities[order].astype(np.float32),
             np.empty((count, 3), np.float32),
         )
-        contact = Contact(
+        contact = SkinPlaces(
             state.faces.copy(),
             np.empty((count, 2), np.float32),
             np.empty(count, np.float32),
@@ -115,9 +118,9 @@ class SpringCloth:
             self.sheet,
             self.on_body.nearest,
             MovingBody(first, second, second._replace(body=np.empty_like(second.body))),
-            PinTargets(*(np.ascontiguousarray(each, np.float32) for each in pins)),
+            PinTargets(*((each - origin).astype(np.float32) for each in pins)),
             self._wind(state.time, state.positions)[order].astype(np.float32),
-            self._step_settings(steps, seconds / steps),
+            self._frame_settings(steps, seconds / steps),
             contact,
             cloth,
         )
@@ -128,9 +131,9 @@ class SpringCloth:
             raise SimulationFailed("positions of the cloth must be finite", "NaN or infinity", "use a lighter motion")
         return SpringState(positions, velocities, contact.faces, state.time + seconds)
 
-    def _step_settings(self, steps: int, seconds: float) -> StepSettings:
+    def _frame_settings(self, steps: int, seconds: float) -> FrameSettings:
         settings = self.settings
-        return StepSettings(
+        return FrameSettings(
             steps,
             np.float32(seconds),
             max(1, round(HELD_SECONDS / seconds)),
@@ -139,5 +142,5 @@ class SpringCloth:
                 np.float32(0.5 * settings.air_density),
                 np.float32(VISCOSITY),
             ),
-            ContactSettings(np.float32(settings.thickness), np.float32(NEAR), np.float32(RELEASE_SPEED * seconds)),
+            PushSettings(np.float32(settings.thickness), np.float32(NEAR), np.float32(RELEASE_SPEED * seconds)),
         )

@@ -5,16 +5,15 @@ from typing import NamedTuple
 import numpy as np
 
 from hemline.arrays import Faces, Float, Int
-from hemline.collide.whole.models import fine_model
-from hemline.garments.garment import Garment
+from hemline.collide.whole.models import sweep_order
 from hemline.sim.cloth.sheet import Sheet
 
 
 class SpringSheet(NamedTuple):
-    """A garment, as kernels take it: vertices in their order, springs so that neighbours in the list share no vertex."""
+    """A garment, as kernels take it: vertices in their order, edges so that most neighbours share no vertex."""
 
     edges: Int[np.ndarray, "edges 2"]
-    """Vertices of each edge."""
+    """Vertices of each edge; an edge between two hard pins is left out."""
     lengths: Float[np.ndarray, " edges"]
     """Length of each edge on the pattern [m]."""
     compliances: Float[np.ndarray, " edges"]
@@ -43,61 +42,61 @@ class SpringSheet(NamedTuple):
     """Inverse stiffness of each pin [m/N]; 0 for hard ones."""
 
 
-def spring_sheet(garment: Garment, sheet: Sheet, order: Int[np.ndarray, " verts"]) -> SpringSheet:
-    r"""Lays out a garment.
+def spring_sheet(
+    sheet: Sheet,
+    pins: Int[np.ndarray, " pins"],
+    pin_stiffness: Float[np.ndarray, " pins"],
+    order: Int[np.ndarray, " verts"],
+) -> SpringSheet:
+    r"""Lays out a sheet.
 
     The stiffness of an edge is $k_e = Y \sum A / l^2$, with the areas $A$ of its triangles and its length $l$. On
-    equilateral triangles these springs have Young's modulus $Y$ and Poisson's ratio 1/3. Bending is that of `Sheet`.
+    equilateral triangles these springs have Young's modulus $Y$ and Poisson's ratio 1/3. Bending is that of the sheet.
 
     Args:
-        garment: The garment.
-        sheet: Its sheet, see `make_garment_sheet`.
+        sheet: The sheet.
+        pins: Pinned vertices.
+        pin_stiffness: Spring stiffness of each pin; infinite for hard ones [N/m].
         order: Vertices in the order of the kernels.
 
     Source: Van Gelder, "Approximate simulation of elastic membranes by triangulated spring meshes", 1998, Eq. 20,
         without its correction for other Poisson's ratios.
     """
-    count = len(order)
+    count = sheet.vertex_count
     number = np.empty(count, np.int64)
     number[order] = np.arange(count)
-    stiff = np.isinf(garment.pins.stiffness)
-    fine = fine_model(number[garment.faces], garment.rest_edges, np.sort(number[garment.pins.vertices[stiff]]))
-    stiffness = _edge_stiffness(sheet, number, fine.edges)
     inverse_masses = 1 / sheet.mass[order]
-    inverse_masses[number[garment.pins.vertices[stiff]]] = 0
+    inverse_masses[number[pins[np.isinf(pin_stiffness)]]] = 0
+    edges = np.sort(number[sheet.edges], axis=1)
+    turn = sweep_order(edges, count)
+    turn = turn[(inverse_masses[edges[turn]] > 0).any(axis=1)]
     rests = sheet.hinge_rest if len(sheet.hinge_rest) else np.zeros(len(sheet.hinges))
     return SpringSheet(
-        edges=fine.edges,
-        lengths=fine.lengths,
-        compliances=(1 / stiffness).astype(np.float32),
+        edges=edges[turn].astype(np.int32),
+        lengths=sheet.edge_length[turn].astype(np.float32),
+        compliances=(1 / _edge_stiffness(sheet))[turn].astype(np.float32),
         inverse_masses=inverse_masses.astype(np.float32),
         friction=sheet.friction[order].astype(np.float32),
-        faces=number[garment.faces].astype(np.int32),
+        faces=number[sheet.faces].astype(np.int32),
         drag=sheet.drag.astype(np.float32),
         lift=sheet.lift.astype(np.float32),
         hinges=number[sheet.hinges].astype(np.int32),
         hinge_weights=sheet.hinge_weight.astype(np.float32),
         hinge_rests=(2 * np.sin(0.5 * rests)).astype(np.float32),
         bending_stiffness=_bending_diagonal(sheet)[order].astype(np.float32),
-        pins=number[garment.pins.vertices].astype(np.int32),
-        pin_compliances=(1 / garment.pins.stiffness).astype(np.float32),
+        pins=number[pins].astype(np.int32),
+        pin_compliances=(1 / pin_stiffness).astype(np.float32),
     )
 
 
-def _edge_stiffness(
-    sheet: Sheet, number: Int[np.ndarray, " verts"], edges: Int[np.ndarray, "edges 2"]
-) -> Float[np.ndarray, " edges"]:
+def _edge_stiffness(sheet: Sheet) -> Float[np.ndarray, " edges"]:
     """Returns the stiffness of each edge [N/m]."""
     young = 4 * sheet.shear * (sheet.lame + sheet.shear) / (sheet.lame + 2 * sheet.shear)
     rows = np.repeat(np.arange(len(sheet.edges)), np.diff(sheet.edge_corners.starts))
-    face = (sheet.edge_corners.columns // 9).astype(np.int64)
-    _, once = np.unique(np.stack([rows, face]), axis=1, return_index=True)
-    weight = np.bincount(rows[once], (young * sheet.area)[face[once]], minlength=len(sheet.edges))
-    stiffness = weight / sheet.edge_length**2
-    keys = np.sort(number[sheet.edges], axis=1) @ np.array([len(number), 1])
-    rank = np.argsort(keys)
-    wanted = np.sort(edges.astype(np.int64), axis=1) @ np.array([len(number), 1])
-    return stiffness[rank[np.searchsorted(keys[rank], wanted)]]
+    faces = (sheet.edge_corners.columns // 9).astype(np.int64)
+    _, once = np.unique(np.stack([rows, faces]), axis=1, return_index=True)
+    weights = np.bincount(rows[once], (young * sheet.area)[faces[once]], minlength=len(sheet.edges))
+    return weights / sheet.edge_length**2
 
 
 def _bending_diagonal(sheet: Sheet) -> Float[np.ndarray, " verts"]:

@@ -8,12 +8,12 @@ from hemline.arrays import Float
 from hemline.compiled import kernel
 
 from .force_kernels import Surroundings, accelerate
-from .touch_kernels import ContactSettings, find_contact, move_skin, push_out
+from .skin_push_kernels import PushSettings, find_contact, move_skin, push_out
 
 _index = np.uintp
 
 
-class StepSettings(NamedTuple):
+class FrameSettings(NamedTuple):
     """Settings of a frame."""
 
     steps: int
@@ -24,7 +24,7 @@ class StepSettings(NamedTuple):
     """Steps for which the forces of air and bending are kept."""
     surroundings: Surroundings
     """Gravity and air."""
-    contact: ContactSettings
+    contact: PushSettings
     """Contact with the body."""
 
 
@@ -125,7 +125,11 @@ def solve_edges(sheet, factors, backwards, positions):
     for number in range(count):
         e = _index(count - 1 - number if backwards else number)
         a, b = _index(edges[e, 0]), _index(edges[e, 1])
-        x, y, z = positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2]
+        x, y, z = (
+            positions[b, 0] - positions[a, 0],
+            positions[b, 1] - positions[a, 1],
+            positions[b, 2] - positions[a, 2],
+        )
         pull = factors[e] * (one - lengths[e] / np.sqrt(x * x + y * y + z * z + tiny))
         for_a, for_b = pull * inverse[a], pull * inverse[b]
         positions[a, 0] += for_a * x
@@ -141,8 +145,8 @@ def advance_frame(sheet, homes, body, pins, wind, settings, contact, cloth):
     """Advances the cloth by a frame, in which the body moves evenly from its first pose to its second.
 
     Reads: sheet: a `SpringSheet`; homes (verts,): vertex of the skin next to each vertex at rest; body: a
-        `MovingBody`; pins: `PinTargets`; wind (verts, 3) [m/s]; settings: `StepSettings`.
-    Writes: contact: a `Contact`, with the faces of the last frame on entry; cloth: a `StepCloth`.
+        `MovingBody`; pins: `PinTargets`; wind (verts, 3) [m/s]; settings: `FrameSettings`.
+    Writes: contact: a `SkinPlaces`, with the faces of the last frame on entry; cloth: a `StepCloth`.
     """
     h, accelerations, factors = settings.seconds, np.empty_like(cloth.positions), edge_factors(sheet, settings.seconds)
     count = find_contact(body.before, homes, cloth.positions, settings.contact.near, contact)

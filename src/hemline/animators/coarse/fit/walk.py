@@ -13,7 +13,7 @@ from hemline.animators.coarse.features.pelvis_frame import PelvisFrame, body_inp
 from hemline.animators.coarse.features.pose_history import PoseHistory
 from hemline.animators.coarse.features.rest_features import fit_features, vertex_masses
 from hemline.animators.coarse.features.trail import Trail
-from hemline.animators.proxy_solvers.newton import newton_settings
+from hemline.animators.newton_solver import newton_settings
 from hemline.arrays import Float
 from hemline.datasets import Take, open_dataset
 from hemline.datasets.collection import Collection, Entry

@@ -2,10 +2,14 @@
 
 from typing import Protocol, TypeVar
 
-from hemline.animators.rigid_transform import RigidTransform
 from hemline.bodies import PosedBody
 from hemline.motions.motion import Pose
 from hemline.sim.cloth.sheet import Positions
+
+from .rigid_transform import RigidTransform
+
+FRAME_SECONDS = 1 / 30
+"""Length of a frame; a longer time is cut into frames of this length at most [s]."""
 
 
 class ProxyCloth(Protocol):
@@ -51,7 +55,9 @@ class ProxySolver(Protocol[Cloth]):
         """
         ...
 
-    def place(self, cloth: Cloth, positions: Positions, velocities: Positions, posed: PosedBody, seconds: float) -> Cloth:
+    def place(
+        self, cloth: Cloth, positions: Positions, velocities: Positions, posed: PosedBody, seconds: float
+    ) -> Cloth:
         """Returns cloth that was carried to other places instead of being simulated.
 
         Args:

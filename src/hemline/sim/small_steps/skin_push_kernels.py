@@ -36,7 +36,7 @@ class MovingBody(NamedTuple):
     """In between; kernels write its vertices."""
 
 
-class Contact(NamedTuple):
+class SkinPlaces(NamedTuple):
     """Place on the skin next to each vertex; kernels write to all arrays."""
 
     faces: Int[np.ndarray, " verts"]
@@ -51,7 +51,7 @@ class Contact(NamedTuple):
     """Vertices with a face come first."""
 
 
-class ContactSettings(NamedTuple):
+class PushSettings(NamedTuple):
     """Settings of contact."""
 
     thickness: np.float32
@@ -160,7 +160,7 @@ def push_out(sheet, body, contact, count, times, settings, cloth):
     the depth of a vertex that was inside before this step leaves it without speed.
 
     Reads: sheet: a `SpringSheet`; body: a `MovingBody`; count: number of listed vertices; times: number of the step,
-        and number of steps in the frame; settings: `ContactSettings`.
+        and number of steps in the frame; settings: `PushSettings`.
     Writes: contact; cloth: positions and start of the step of `StepCloth`; normals of the skin.
     """
     (step, steps), positions, start = times, cloth.positions, cloth.start

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from hemline.animators.rigid_transform import RigidTransform
 from hemline.bodies import PosedBody, ShapedBody
 from hemline.collide import ProjectorState
 from hemline.garments import Garment
@@ -18,7 +17,8 @@ from hemline.sim.step.dressed_body import DressedBody
 from hemline.sim.step.frame_end import FrameEnd
 from hemline.sim.step.state import ClothState
 
-from .times import FRAME_SECONDS
+from .proxy_solver import FRAME_SECONDS
+from .rigid_transform import RigidTransform
 
 STEP_HALVINGS = 3
 """Number of times that a failing step is halved before the cloth is carried instead."""
