@@ -4,7 +4,8 @@ TAKES are datasets of one garment each on the mean body (`hemline simulate skirt
 500 to 1,500 simulated vertices carry the fine garment, which gives the error of the embedding. Then the proxy mesh is
 simulated at each quality and carries the fine mesh, before whole cloth and projection. Baselines are the settled drape
 moved rigidly with the key joint, and skinned with the weights of the nearest skin. Times are those of the animator
-alone, the smaller one of two runs. Writes one JSON line per clip to benchmarks/results/live_claims.jsonl.
+alone, the smaller one of two runs. Writes one JSON line per clip to benchmarks/results/live_claims.jsonl, and prints a
+table of the means of each garment.
 """
 
 import argparse
@@ -17,7 +18,7 @@ import numpy as np
 
 from hemline import bodies
 from hemline.animators.live import Live, LiveConfig
-from hemline.animators.simulated_proxy import QUALITY_LEVELS
+from hemline.animators.live.config import QUALITY_LEVELS
 from hemline.bench.machine import commit, machine
 from hemline.bodies import ShapedBody, skin_points
 from hemline.compiled import threads
@@ -28,6 +29,7 @@ from hemline.garments.proxy.proxy import ProxySize, proxy_of
 from hemline.motions import JOINT_NAMES
 
 RESULTS = Path(__file__).parent / "results" / "live_claims.jsonl"
+QUALITIES = (*QUALITY_LEVELS, "exact")
 SIZES = (500, 1000, 1500)
 RUNS = 2
 
@@ -53,8 +55,8 @@ def embedding_error_mm(garment: Garment, take: Take) -> dict[int, float]:
 def simulation_figures(garment: Garment, body: ShapedBody, take: Take) -> dict[str, dict[str, float]]:
     """Returns errors [mm] and times [ms] of each quality."""
     results = {}
-    for quality in QUALITY_LEVELS:
-        animator = Live(LiveConfig(quality=quality, most=1000)).animator_for(garment, body)
+    for quality in QUALITIES:
+        animator = Live(LiveConfig(quality=quality)).animator_for(garment, body)
         spans, errors = [], []
         for _ in range(RUNS):
             state = animator.start(body.posed(take.motion[0]))
@@ -100,10 +102,28 @@ def _rest_positions(transforms: np.ndarray, indices: np.ndarray, weights: np.nda
     return np.linalg.solve(blended[:, :, :3], (points - blended[:, :, 3])[:, :, None])[:, :, 0]
 
 
+def table(lines: list[dict]) -> str:
+    """Returns the means of each garment over its clips as Markdown: errors [mm] and times [ms] of each quality."""
+    heads = [f"`{quality}` {unit}" for unit in ("[mm]", "[ms]", "p95 [ms]") for quality in QUALITIES]
+    rows = [["garment", "clips", *heads, "skinned [mm]"]]
+    for name in dict.fromkeys(line["garment"] for line in lines):
+        own = [line for line in lines if line["garment"] == name]
+        figures = [
+            float(np.mean([line["simulated"][quality][key] for line in own]))
+            for key in ("error_mm", "ms", "ms_p95")
+            for quality in QUALITIES
+        ]
+        skinned = float(np.mean([line["baselines_mm"]["drape skinned"] for line in own]))
+        rows.append([name, str(len(own)), *(f"{figure:.1f}" for figure in [*figures, skinned])])
+    rows.insert(1, ["---"] * len(rows[0]))
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows)
+
+
 def main() -> None:
     """Measures, prints and records."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("takes", type=Path, nargs="+", help="Datasets of one garment each.")
+    lines = []
     for folder in parser.parse_args().takes:
         dataset = open_dataset(folder)
         garment, body = dataset.garment, bodies.load(dataset.garment.body_name).shaped()
@@ -124,6 +144,8 @@ def main() -> None:
             print(json.dumps(line), flush=True)
             with RESULTS.open("a") as stream:
                 stream.write(json.dumps(line) + "\n")
+            lines.append(line)
+    print(table(lines))
 
 
 if __name__ == "__main__":

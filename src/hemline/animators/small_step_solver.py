@@ -47,7 +47,7 @@ class SmallStepSolver:
     def place(
         self, cloth: SpringState, positions: Positions, velocities: Positions, posed: PosedBody, seconds: float
     ) -> SpringState:
-        """Returns cloth that was carried, see `ProxySolver`. Where it is inside the body, it leaves it while it moves."""
+        """Returns cloth that was carried, see `ProxySolver`. Cloth inside the body leaves it as it moves on."""
         positions, pins = positions.copy(), self._garment.pins
         positions[pins.vertices[self._hard]] = np.asarray(pins.on(posed), np.float64)[self._hard]
         return replace(self._cloth.start(positions), velocities=velocities, time=cloth.time + seconds)
