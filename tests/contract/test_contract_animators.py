@@ -5,7 +5,16 @@ import copy
 import numpy as np
 import pytest
 
-from hemline.animators import Animator, AnimatorKind, Driven, Settled, Windy, animator_kind, animator_names
+from hemline.animators import (
+    Animator,
+    AnimatorKind,
+    CloseFitting,
+    Driven,
+    Settled,
+    Windy,
+    animator_kind,
+    animator_names,
+)
 from hemline.errors import BadInput
 from hemline.playback import Player
 from tests.contract.made_models import ANIMATORS, body, turned_about_the_vertical, vertical, walk
@@ -146,10 +155,15 @@ def test_wind_moves_the_garment_and_states_go_on_in_it(animator):
     np.testing.assert_array_equal(ends[0], ends[2])
 
 
-def test_settled_garments_are_not_drawn_together(animator):
-    """A settled garment may be stretched by a body; all others are held in one piece."""
+def test_garments_that_lie_close_are_not_drawn_together(animator):
+    """A garment that lies close may be stretched by a body; all others are held in one piece."""
     player = Player.prepare(animator, body())
-    assert (player.whole is None) == isinstance(animator, Settled)
+    close = isinstance(animator, CloseFitting) and animator.stretch_limit > 0
+    assert (player.whole is None) == close
+    assert not isinstance(animator, Settled) or close
+    if isinstance(animator, CloseFitting):
+        rest = animator.at_rest(animator.start(body().posed(body().rest_pose)), body())
+        assert np.linalg.norm(rest - animator.garment.vertices, axis=1).mean() < 0.01
     assert player.cover is not None
     if isinstance(animator, Settled):
         posed = body().posed(walk(3)[2])

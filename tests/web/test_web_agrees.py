@@ -183,7 +183,7 @@ def shorten_edges(garment, vertices, rest, stretch=1.15, sweeps=4):
 def test_edges_that_are_too_long_are_shortened_as_in_python(page):
     """Of the shirt, with every vertex moved by chance: a fifth of its edges is too long."""
     model, random = made()["shirt"], np.random.default_rng(3)
-    rest = model.at_rest(model.start(body().posed(body().rest_pose)))
+    rest = model.at_rest(model.start(body().posed(body().rest_pose)), body())
     torn = (rest + random.normal(scale=0.003, size=rest.shape)).astype(np.float32)
     expected = shorten_edges(model.garment, torn, rest)
     page.frames(list(made()).index("shirt"), 1)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from .base import Animator as Animator
 from .base import AnimatorKind as AnimatorKind
 from .base import Bounded as Bounded
+from .base import CloseFitting as CloseFitting
 from .base import Driven as Driven
 from .base import MaterialAware as MaterialAware
 from .base import Movable as Movable
@@ -71,6 +72,7 @@ __all__ = [
     "AnimatorKind",
     "AnimatorTogether",
     "Bounded",
+    "CloseFitting",
     "Driven",
     "LazyKind",
     "MaterialAware",

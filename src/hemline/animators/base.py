@@ -25,8 +25,8 @@ class Animator(Protocol):
 
     The parameters are frozen. Everything that moves is in the State: plain arrays in a dataclass that is never changed
     in place, so that keeping an old State allows a rollback. The same input gives the same bits on one machine. Ask
-    with `isinstance` what else an animator can do: `Movable`, `Driven`, `Settled`, `Redressing`, `Bounded`,
-    `MaterialAware`, `Windy`, `Related`, `Detailed`.
+    with `isinstance` what else an animator can do: `Movable`, `Driven`, `CloseFitting`, `Settled`, `Redressing`,
+    `Bounded`, `MaterialAware`, `Windy`, `Related`, `Detailed`.
     """
 
     @property
@@ -96,24 +96,30 @@ class Driven(Protocol):
 
 
 @runtime_checkable
-class Settled(Protocol):
-    """An animator that blends settled garments, which are stretched as far as the body under them needs.
+class CloseFitting(Protocol):
+    """An animator whose garment may lie close to the body as a whole.
 
     The length limits that keep other cloth in one piece would draw such a garment into the body. The player only
-    shortens edges that are much longer than at rest on that body.
+    shortens edges that are longer than at rest on that body, and keeps the garment near the skin in the same step.
     """
 
     @property
     def stretch_limit(self) -> float:
-        """Longest length of an edge, over the longer of those on the pattern and at rest on the body."""
+        """Longest length of an edge, over the longer of those on the pattern and at rest on the body; 0 for a garment
+        that does not lie close as a whole."""
         ...
+
+    def at_rest(self, state: Any, shaped: "ShapedBody") -> Vertices:
+        """Returns the garment in the rest pose of the body that wears it (verts, 3) [m]."""
+        ...
+
+
+@runtime_checkable
+class Settled(CloseFitting, Protocol):
+    """An animator that blends settled garments, which are stretched as far as the body under them needs."""
 
     def drape(self, posed: "PosedBody") -> Vertices:
         """Predicts the garment settled in a pose, without history (verts, 3) [m]."""
-        ...
-
-    def at_rest(self, state: Any) -> Vertices:
-        """Returns the garment in the rest pose of the body of a State (verts, 3) [m]."""
         ...
 
     def reshape(self, state: Any, shaped: "ShapedBody") -> Any:

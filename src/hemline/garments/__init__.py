@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from .closeness import lies_close as lies_close
 from .cut.cape import CapeCut as CapeCut
 from .cut.cape import make_cape as make_cape
 from .cut.skirt import SkirtCut as SkirtCut
@@ -41,6 +42,7 @@ __all__ = [
     "SkirtCut",
     "coarser_garment",
     "explain",
+    "lies_close",
     "load",
     "make_cape",
     "make_skirt",

@@ -84,6 +84,7 @@ def changed(path, arrays=(), metadata=()):
         ({"rest": np.zeros((7, 3), np.float32)}, {}, "array 'rest' of the model must be float32"),
         ({}, {"live": None}, "lacks metadata 'live'"),
         ({}, {"live": {"version": 2}}, "reads version 1 of live garments; got version 2"),
+        ({}, {"live": {"version": 1, "close": 1}}, "'close' of a live garment must be true or false; got 1"),
         ({}, {"config": asdict(made.SMALL) | {"edge": -1.0}}, "option 'edge' must be positive"),
         ({}, {"config": {"edges": 1.0}}, r"unknown option 'edges'; got 1.0; did you mean 'edge'\?"),
         ({}, {"config": None}, "lacks metadata 'config'"),
@@ -102,7 +103,7 @@ def test_the_page_on_formats_names_what_its_file_holds(tmp_path):
     text = (Path(__file__).parents[3] / "docs" / "format.md").read_text().split("### `live`")[1].split("\n### ")[0]
     arrays, metadata = read_tensors(tmp_path / "cape.safetensors", "model")
     assert [name for name in arrays if not name.startswith("garment.")] == ["rest"] and "| `rest` | f32 [C 3] |" in text
-    assert metadata["live"] == {"version": 1} and "JSON `live` contains `version` (1" in text
+    assert metadata["live"] == {"version": 1, "close": False} and "JSON `live` contains `version` (1" in text
 
 
 def test_the_commands_play_it(tmp_path, monkeypatch, capsys):

@@ -73,9 +73,9 @@ class AnimatorAgentDressLevel(LevelOf):
         """Returns the kept vertices of the garment that the full animator predicts without history."""
         return self.full.drape(posed)[self.vertex_ids]
 
-    def at_rest(self, state: AgentDressState) -> Vertices:
+    def at_rest(self, state: AgentDressState, shaped: ShapedBody) -> Vertices:
         """Returns the kept vertices of the garment in the rest pose."""
-        return self.full.at_rest(state)[self.vertex_ids]
+        return self.full.at_rest(state, shaped)[self.vertex_ids]
 
     def reshape(self, state: AgentDressState, shaped: ShapedBody) -> AgentDressState:
         """Returns the State on a body of another shape; see `AnimatorAgentDress.reshape`."""

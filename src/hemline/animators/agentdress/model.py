@@ -279,8 +279,8 @@ class AnimatorAgentDress:
         state = replace(self.start(posed), axes=axes, distances=self._distances(axes))
         return self._pose_garment(state, posed, self._rigging_offsets(state, posed))
 
-    def at_rest(self, state: AgentDressState) -> Vertices:
-        """Returns the garment in the rest pose of the body of a State (verts, 3) [m]."""
+    def at_rest(self, state: AgentDressState, shaped: ShapedBody) -> Vertices:
+        """Returns the garment in the rest pose of the body of a State, which wears it (verts, 3) [m]."""
         return state.rest
 
     def relocate(self, state: AgentDressState, shaped: ShapedBody, transform: RigidTransform) -> AgentDressState:

@@ -18,7 +18,7 @@ from hemline.bodies import PosedBody, ShapedBody
 from hemline.compiled import real_time_threads
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, entry
-from hemline.garments import Garment
+from hemline.garments import Garment, lies_close
 from hemline.garments.proxy.embedding import Embedding
 from hemline.garments.proxy.proxy import ProxySize
 from hemline.options import options_of
@@ -27,6 +27,9 @@ from .config import LiveConfig
 
 LIVE_VERSION = 1
 """Version of what model files hold under `live`."""
+CLOSE_STRETCH = 1.08
+"""Longest length of an edge of a garment that lies close to the body, over the longer of those on the pattern and at
+rest."""
 
 
 class LiveOnBody(NamedTuple):
@@ -35,6 +38,8 @@ class LiveOnBody(NamedTuple):
     simulator: SimulatedProxy
     embedding: Embedding
     """The garment on its proxy."""
+    worn: Vertices
+    """The garment in the rest pose (verts, 3) [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +52,11 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
         body_name: Name of that body.
         body_hash: Hash of that body.
         config: Options of the simulation.
+        close: Whether the garment lies close to the body as a whole, see `lies_close`.
     """
 
     config: LiveConfig
+    close: bool = False
 
     @classmethod
     def on(cls, garment: Garment, body: ShapedBody, config: LiveConfig) -> Self:
@@ -59,7 +66,8 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
             BadGarment: The garment was made for another body.
             SimulationFailed: The proxy could not be settled.
         """
-        return cls(*settle_proxy(garment, body, config.size, self_contact=config.self_contact), config)
+        settled = settle_proxy(garment, body, config.size, self_contact=config.self_contact)
+        return cls(*settled, config, lies_close(settled.garment, body))
 
     @property
     def name(self) -> str:
@@ -76,6 +84,15 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
         """Number of simulated vertices, and of substeps in a frame of 1/30 s."""
         substeps = self.config.settings(len(self.rest)).substeps
         return {"simulated_vertices": float(len(self.rest)), "substeps": float(substeps)}
+
+    @property
+    def stretch_limit(self) -> float:
+        """See `CloseFitting`."""
+        return CLOSE_STRETCH if self.close else 0.0
+
+    def at_rest(self, state: ProxyState, shaped: ShapedBody) -> Vertices:
+        """Returns the garment in the rest pose of a body of any shape (verts, 3) [m]."""
+        return self._on(shaped).worn
 
     def in_wind(self, wind: tuple[float, float, float]) -> Self:
         """Returns the animator in a wind of the world [m/s]. It can step the States of this one."""
@@ -133,7 +150,8 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
         rest = None if dressed.rest is None else dressed.rest.astype(np.float64)
         solver = NewtonSolver if self.config.exact else SmallStepSolver
         simulator = SimulatedProxy(dressed.coarse, shaped, settings, rest, solver=solver)
-        return LiveOnBody(simulator, Embedding.of(dressed.fine, dressed.coarse, dressed.vertex_ids))
+        embedding = Embedding.of(dressed.fine, dressed.coarse, dressed.vertex_ids)
+        return LiveOnBody(simulator, embedding, dressed.fine.vertices)
 
     def save(self, path: str | Path) -> None:
         """Writes a model file, whole or not at all: the garment, its settled proxy and the options.
@@ -141,7 +159,7 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
         Raises:
             BadOutput: The path cannot be written.
         """
-        extra = {"live": {"version": LIVE_VERSION}}
+        extra = {"live": {"version": LIVE_VERSION, "close": self.close}}
         self._save(path, {}, config=asdict(self.config), figures=self.figures, licences=[], extra=extra)
 
     @classmethod
@@ -152,8 +170,12 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
             BadModel: The file is of another version, a key is missing or of another type, or an array does not have the
                 dtype or the shape that the garment needs.
         """
-        version = entry(metadata, "live", dict).get("version")
+        own = entry(metadata, "live", dict)
+        version = own.get("version")
         if version != LIVE_VERSION:
             raise BadModel(f"this hemline reads version {LIVE_VERSION} of live garments", f"version {version}", AGAIN)
         config = options_of(LiveConfig, entry(metadata, "config", dict), error=BadModel)
-        return cls(*read_proxy(arrays, metadata, config.size), config)
+        close = own.get("close", False)
+        if not isinstance(close, bool):
+            raise BadModel("'close' of a live garment must be true or false", repr(close), AGAIN)
+        return cls(*read_proxy(arrays, metadata, config.size), config, close)

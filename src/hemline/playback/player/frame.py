@@ -31,8 +31,8 @@ class Frame:
     report: ProjectionReport
     """Report of the projection."""
     milliseconds: Mapping[str, float]
-    """Time of each stage [ms]: `body`, `animator`, `whole` (for settled garments the loop of `CloseCloth`), `cover`,
-    `projection`; `layers` for several garments."""
+    """Time of each stage [ms]: `body`, `animator`, `whole` (for garments that lie close the loop of `CloseCloth`),
+    `cover`, `projection`; `layers` for several garments."""
     novelty: float | None = None
     """Distance of the pose from all poses of the fit, see `Bounded`; None where the animator does not know it."""
     terms: tuple[str, ...] = ()

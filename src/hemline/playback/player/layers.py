@@ -1,4 +1,4 @@
-"""Garments worn together in a player: which vertices settle, and the projection of one or several garments."""
+"""Garments worn together in a player: which of them lie close to the body, and the projection of one or several."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from hemline.animators.base import Animator, Settled
+from hemline.animators.base import Animator, CloseFitting
 from hemline.animators.together import AnimatorTogether
 from hemline.arrays import Bool, Vertices
 from hemline.bodies import PosedBody, ShapedBody
@@ -48,18 +48,18 @@ def check_thickness(thickness_mm: float) -> None:
         )
 
 
-def settled_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
-    """Returns which vertices of the garment belong to `Settled` animators.
+def close_vertices(animator: Animator) -> Bool[np.ndarray, " verts"]:
+    """Returns which vertices of the garment belong to garments that lie close to the body as a whole.
 
     Args:
         animator: One animator, or several worn together.
     """
     parts = animator.parts if isinstance(animator, AnimatorTogether) else (animator,)
-    return np.concatenate([np.full(len(part.garment.vertices), isinstance(part, Settled)) for part in parts])
+    return np.concatenate([np.full(len(part.garment.vertices), _limit(part) > 0) for part in parts])
 
 
 def stretch_limits(animator: Animator) -> tuple[float, ...]:
-    """Returns how much longer than at rest edges may be, for each garment of an animator; 0 if it is not `Settled`.
+    """Returns how much longer than at rest edges may be, for each garment of an animator; 0 if it does not lie close.
 
     Args:
         animator: One animator, or several worn together.
@@ -67,43 +67,48 @@ def stretch_limits(animator: Animator) -> tuple[float, ...]:
     parts = animator.parts if isinstance(animator, AnimatorTogether) else (animator,)
     found = []
     for part in parts:
-        limit = part.stretch_limit if isinstance(part, Settled) else 0.0
-        found += [limit] * len(part.garment.layers)
+        found += [_limit(part)] * len(part.garment.layers)
     return tuple(found)
 
 
-def rest_function(animator: Animator) -> Callable[[Any], Vertices]:
-    """Returns a function from a State to the garment at rest on its body (verts, 3) [m].
+def _limit(animator: Animator) -> float:
+    return animator.stretch_limit if isinstance(animator, CloseFitting) else 0.0
 
-    Vertices of animators that are not `Settled` are zero.
+
+def rest_function(animator: Animator) -> Callable[[Any, ShapedBody], Vertices]:
+    """Returns a function from a State and its body to the garment at rest on that body (verts, 3) [m].
+
+    Vertices of garments that do not lie close to the body as a whole are zero.
 
     Args:
         animator: One animator, or several worn together, with a tuple of their States.
     """
     if isinstance(animator, AnimatorTogether):
         each = [rest_function(part) for part in animator.parts]
-        return lambda states: np.concatenate([rest(state) for rest, state in zip(each, states, strict=True)])
-    if isinstance(animator, Settled):
+        return lambda states, shaped: np.concatenate(
+            [rest(state, shaped) for rest, state in zip(each, states, strict=True)]
+        )
+    if isinstance(animator, CloseFitting) and animator.stretch_limit > 0:
         return animator.at_rest
     nowhere = np.zeros_like(animator.garment.vertices)
-    return lambda state: nowhere
+    return lambda state, shaped: nowhere
 
 
-def covers_of(garment: Garment, shaped: ShapedBody, settled: Bool[np.ndarray, " verts"]) -> tuple[Cover, ...]:
-    """Returns a `Cover` for each piece of a garment that does not settle, each of the cloth nearest to the skin.
+def covers_of(garment: Garment, shaped: ShapedBody, close: Bool[np.ndarray, " verts"]) -> tuple[Cover, ...]:
+    """Returns a `Cover` for each piece that does not lie close as a whole, each of the cloth nearest to the skin.
 
     Args:
         garment: One garment, or several worn together.
         shaped: The body on which it was made.
-        settled: Result of `settled_vertices`.
+        close: Result of `close_vertices`.
     """
     pieces = [garment.faces[garment.face_pieces == at] for at in range(len(garment.layers))]
     each = pieces if len(pieces) > 1 else [garment.faces]
-    return tuple(Cover.prepare(shaped, garment.vertices, faces) for faces in each if not settled[faces].all())
+    return tuple(Cover.prepare(shaped, garment.vertices, faces) for faces in each if not close[faces].all())
 
 
 class ClosePiece(NamedTuple):
-    """A settled piece of the garment of a player, and what holds it within its limits."""
+    """A piece of the garment of a player that lies close to the body, and what holds it within its limits."""
 
     low: int
     """The first vertex of the piece."""
@@ -115,7 +120,7 @@ class ClosePiece(NamedTuple):
 def close_pieces(
     garment: Garment, on_body: GarmentOnBody, limits: tuple[float, ...], level: LevelOnBody, body: ShapedBody
 ) -> tuple[ClosePiece, ...]:
-    """Prepares the settled pieces of a garment.
+    """Prepares the pieces of a garment that lie close to the body.
 
     Args:
         garment: One garment, or several worn together.
@@ -142,7 +147,7 @@ def close_pieces(
 def hold_close(
     pieces: tuple[ClosePiece, ...], vertices: Vertices, rest: Vertices, posed: PosedBody, surface: PosedSurface
 ) -> tuple[Vertices, NearestSkin]:
-    """Holds the settled pieces of a garment within their limits.
+    """Holds the pieces of a garment that lie close to the body within their limits.
 
     Args:
         pieces: Result of `close_pieces`.
@@ -152,7 +157,7 @@ def hold_close(
         surface: Surface of the collider in this frame.
 
     Returns:
-        The garment [m], and where the skin is next to the settled pieces.
+        The garment [m], and where the skin is next to these pieces.
     """
     held, contact = vertices.copy(), NearestSkin.unknown(len(vertices))
     for low, high, cloth in pieces:
@@ -200,7 +205,7 @@ class FrameProjector(Protocol):
 def projector_of(
     level: LevelOnBody,
     on_body: GarmentOnBody,
-    settled: Bool[np.ndarray, " verts"],
+    close: Bool[np.ndarray, " verts"],
     thickness_mm: float,
     *,
     guarantee: Guarantee,
@@ -213,7 +218,7 @@ def projector_of(
     Args:
         level: The garment, of several pieces where several garments are worn, and the body.
         on_body: The garment in relation to the body.
-        settled: Result of `settled_vertices`.
+        close: Result of `close_vertices`.
         thickness_mm: Least distance of a garment from the one beneath it [mm].
         guarantee: See `Projector.prepare`.
         measure: See `Projector.prepare`.
@@ -234,7 +239,7 @@ def projector_of(
         thickness=1e-3 * thickness_mm,
         guarantee=guarantee,
         measure=measure,
-        whole=tuple(whole and not settled[low:high].all() for low, high in pairwise(bounds)),
+        whole=tuple(whole and not close[low:high].all() for low, high in pairwise(bounds)),
         cover=whole,
         detail=detail,
     )

@@ -40,11 +40,11 @@ from .layers import (
     FrameProjector,
     check_thickness,
     close_pieces,
+    close_vertices,
     covers_of,
     hold_close,
     projector_of,
     rest_function,
-    settled_vertices,
     stretch_limits,
 )
 from .notebook import frame_html
@@ -69,14 +69,14 @@ class Player:
         collider: The body that cloth is kept out of: `body`, or below a detail of 0.5 a coarser one around it.
         error: Error of the level of detail, see `LevelOnBody` [m].
         whole: The step that keeps cloth in one piece, between animator and projection; None where it is off, or all
-            animators are `Settled`.
-        close: The settled pieces, each with the step that keeps it in one piece, out of the skin and over it, in the
-            place of `whole` and `cover`; empty where `whole` is off, or no animator is `Settled`.
-        cover: Keeps the skin from showing through close-fitting cloth, one per piece that does not settle; None where
+            garments lie close to the body.
+        close: The pieces that lie close to the body, each with the step that keeps it in one piece, out of the skin and
+            over it, in the place of `whole` and `cover`; empty where `whole` is off, or there is no such piece.
+        cover: Keeps the skin from showing through close-fitting cloth, one per piece that is not in `close`; None where
             `whole` is off, or the collider is not the body.
         projector: Moves vertices out of the body in each frame, and each of several garments out of those beneath it.
-        settled: Which vertices belong to `Settled` animators, where others are worn with them: the whole-cloth step
-            leaves these vertices alone. None where all vertices are of one sort.
+        held: Which vertices belong to pieces of `close`, where others are worn with them: the whole-cloth step leaves
+            these vertices alone. None where all vertices are of one sort.
         placed: Whether poses of a motion are placed on this body already.
 
     Example:
@@ -99,7 +99,7 @@ class Player:
     close: tuple[ClosePiece, ...]
     cover: tuple[Cover, ...] | None
     projector: FrameProjector
-    settled: Bool[np.ndarray, " verts"] | None
+    held: Bool[np.ndarray, " verts"] | None
     placed: bool
     _placements: dict[str, Placement] = field(default_factory=dict, init=False, repr=False)
     """Placement of each clip, by its hash."""
@@ -148,11 +148,11 @@ class Player:
         garment, collider = level.garment, level.body
         made_on = body.body.shaped(garment.body_betas)
         on_body = GarmentOnBody.of(collider, garment.vertices, made_on=made_on.vertices if collider is body else None)
-        settled = settled_vertices(level.animator)
+        held = close_vertices(level.animator)
         projector = projector_of(
             level,
             on_body,
-            settled,
+            held,
             thickness_mm,
             guarantee=guarantee,
             measure=measure,
@@ -160,12 +160,12 @@ class Player:
             detail=detail,
         )
         cloth = None
-        if whole and not settled.all():
+        if whole and not held.all():
             cloth = WholeCloth.prepare(collider, garment, on_body, WholeSettings().at_detail(detail))
         close = close_pieces(garment, on_body, stretch_limits(level.animator), level, body) if whole else ()
         cover = None
         if whole and collider is body:
-            cover = covers_of(garment, made_on.bare, settled)
+            cover = covers_of(garment, made_on.bare, held)
         return cls(
             animator=level.animator,
             body=body,
@@ -177,7 +177,7 @@ class Player:
             close=close,
             cover=cover,
             projector=projector,
-            settled=settled if cloth is not None and settled.any() else None,
+            held=held if cloth is not None and held.any() else None,
             placed=placed,
         )
 
@@ -348,7 +348,7 @@ class Player:
         return terms_of(self.animator)
 
     @cached_property
-    def _rest_vertices(self) -> Callable[[Any], Vertices]:
+    def _rest_vertices(self) -> Callable[[Any, ShapedBody], Vertices]:
         return rest_function(self.animator)
 
     def _on_collider(self, posed: PosedBody) -> PosedBody:
@@ -399,12 +399,12 @@ class Player:
         whole, constrained = state.whole, animated
         if self.whole and whole:
             whole, constrained = self.whole.step(whole, solid, animated, dt=dt, surface=surface)
-            constrained = (
-                constrained if self.settled is None else np.where(self.settled[:, None], animated, constrained)
-            )
+            constrained = constrained if self.held is None else np.where(self.held[:, None], animated, constrained)
         contact = None
         if self.close:
-            constrained, contact = hold_close(self.close, constrained, self._rest_vertices(moved), solid, surface)
+            constrained, contact = hold_close(
+                self.close, constrained, self._rest_vertices(moved, self.known), solid, surface
+            )
         clock.append(time.perf_counter())
         covered = constrained
         for cover in self.cover or ():
