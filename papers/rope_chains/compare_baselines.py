@@ -56,7 +56,7 @@ PAGE = """\
 
 Written by `python -m papers.rope_chains.compare_baselines {model} TAKES TRUTH` at commit {commit}, on {machine}, one
 thread. Means over {clips} clips of subjects that were not part of the fit, with the whole-cloth step and the projection
-in every row. Weights of fitted skins are from {frames} frames of the fit.
+in every row. TAKES had {takes} takes. Weights of fitted skins are from {frames} frames of them.
 
 {table}
 
@@ -204,6 +204,7 @@ def main() -> None:
         commit=commit(),
         machine=machine(),
         clips=len(truth.clips()),
+        takes=len(takes.clips()),
         frames=FRAMES,
         table="\n".join(lines),
     )

@@ -27,7 +27,7 @@ PAGE = """\
 # The figures of Jin et al. 2024, redrawn: {name}
 
 Written by `python -m papers.rope_chains.figures {model} TAKES TRUTH` at commit {commit}, on {machine}, one
-thread. TAKES is the dataset of the fit, TRUTH holds clips of subjects that were not part of it.
+thread. TAKES, the dataset of the fit, had {takes} takes; TRUTH holds clips of subjects that were not part of it.
 
 {figures}
 """
@@ -76,6 +76,7 @@ def main() -> None:
             model=Path(options.model).name,
             commit=commit(),
             machine=machine(),
+            takes=len(takes.clips()),
             figures="\n".join(entries),
         )
         (PAGES / f"figures-{model.garment.name}.md").write_text(text)
