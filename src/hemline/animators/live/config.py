@@ -50,7 +50,7 @@ class LiveConfig:
     """Maximum number of vertices of the simulated mesh."""
     quality: Quality = "budget"
     """Quality of the simulation: fast, good, fine, the best of these within --budget-ms (budget), or the offline
-    simulator at ten times the cost (exact)."""
+    simulator at four to six times the cost (exact)."""
     budget_ms: float = positive(33.0)
     """Time that a frame of 1/30 s may take on one core [ms], for --quality budget."""
     self_contact: bool = False
