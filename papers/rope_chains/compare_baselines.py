@@ -61,9 +61,9 @@ in every row. TAKES had {takes} takes. Weights of fitted skins are from {frames}
 {table}
 
 *Calibrated* ropes have springs and damping that were fitted again with that way out of the body, to the same windows of
-TAKES; without the bone correction, as the row *without correction*, which they are to be compared with. Skinning in the place
-of the networks is played with the bones of that row, too. The nets have the masses, the air and the support of the
-drape that the ropes have. Times count only if no other program ran.
+TAKES; without the bone correction, as the row *without correction*, which they are to be compared with. Skinning in the
+place of the networks is played with the bones of that row, too. The nets have the masses, the air and the support of
+the drape that the ropes have. Times count only if no other program ran.
 
 What the paper says: mass-spring nets lock or overstretch (section 3); evolve and project damps (section 5); pushing out
 along the gradient lets cloth slip round (section 6); the standard skinnings give no reasonable results from ropes
