@@ -43,20 +43,22 @@ def no_places(count):
     )
 
 
-def test_the_nearest_faces_are_found(dressed):
+def test_the_faces_that_are_found_are_as_near_as_any(dressed):
+    """Above, on, and 5 mm inside all parts of the body: a walk from the nearest vertex may stop a little too early."""
     _, on_body, _, (before, _) = dressed
-    heights, at = np.random.default_rng(0).uniform(-0.005, 0.05, (400, 1)), slice(2000, 2400)
-    points = (before.vertices[at] + heights * before.normals[at]).astype(np.float32)
-    skin, contact = moving(on_body, before, before).before, no_places(400)
-    count = find_contact(skin, np.zeros(400, np.int32), points, NEAR, contact)
-    assert sorted(contact.listed[:count]) == list(range(400))
-    corners = skin.body[skin.faces[contact.faces]]
-    weights = np.concatenate([1 - contact.weights.sum(axis=1, keepdims=True), contact.weights], axis=1)
-    found = np.linalg.norm((weights[:, :, None] * corners).sum(axis=1) - points, axis=1)
-    nearest = ClosestTree(before.vertices, before.faces).closest(points).distances
-    # a walk may stop at a face that is nearest among its neighbours only
-    assert np.mean(np.abs(found - nearest) < 1e-5) > 0.98
-    assert np.percentile(found - nearest, 99) < 2e-3
+    skin, apart, tree = moving(on_body, before, before).before, [], ClosestTree(before.vertices, before.faces)
+    for first in range(0, 12000, 2000):
+        contact, at = no_places(400), slice(first, first + 400)
+        heights = np.random.default_rng(0).uniform(-0.005, 0.05, (400, 1))
+        points = (before.vertices[at] + heights * before.normals[at]).astype(np.float32)
+        count = find_contact(skin, np.zeros(400, np.int32), points, NEAR, contact)
+        assert sorted(contact.listed[:count]) == list(range(400))
+        corners = skin.body[skin.faces[contact.faces]]
+        weights = np.concatenate([1 - contact.weights.sum(axis=1, keepdims=True), contact.weights], axis=1)
+        found = np.linalg.norm((weights[:, :, None] * corners).sum(axis=1) - points, axis=1)
+        apart.append(found - tree.closest(points).distances)
+    assert np.percentile(np.concatenate(apart), 95) < 1e-4
+    assert np.percentile(np.concatenate(apart), 99) < 1e-3
 
 
 def test_what_is_far_has_no_face(dressed):
