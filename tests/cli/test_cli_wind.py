@@ -52,7 +52,7 @@ def test_wind_of_no_speed_plays_to_the_bits_of_no_wind(standing):
 
 @pytest.mark.parametrize(
     "words",
-    [["cape", *COARSE], ["skirt", *COARSE], ["--garment", "skirt:0@50"]],
+    [["cape", *COARSE], ["skirt", *COARSE], ["--garment", "cape-light"]],
     ids=["cape", "skirt", "live"],
 )
 def test_wind_moves_the_hem_along_with_it(standing, words):

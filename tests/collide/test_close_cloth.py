@@ -252,7 +252,7 @@ def test_beside_a_cape_only_the_shirt_is_held_so():
     player, (frame,) = played("walk", 3, 4, names=("tshirt-light", "cape"))
     (piece,) = player.close
     assert (piece.low, piece.high) == (0, 3150) and len(player.cover) == 1
-    assert np.array_equal(player.settled, np.arange(len(frame.vertices)) < 3150)
+    assert np.array_equal(player.held, np.arange(len(frame.vertices)) < 3150)
 
 
 def test_at_lower_detail_it_holds_the_vertices_that_are_left():

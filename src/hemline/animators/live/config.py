@@ -49,8 +49,8 @@ class LiveConfig:
     most: int = positive(1500)
     """Maximum number of vertices of the simulated mesh."""
     quality: Quality = "budget"
-    """Quality of the simulation: fast, good, fine, the best of these within --budget-ms (budget), or the offline
-    simulator at four to six times the cost (exact)."""
+    """Quality of the simulation: fast, good, fine, the best of these within --budget-ms (budget), or exact.
+    The last one is the offline simulator, at four to six times the cost of fine."""
     budget_ms: float = positive(33.0)
     """Time that a frame of 1/30 s may take on one core [ms], for --quality budget."""
     self_contact: bool = False

@@ -34,11 +34,10 @@ def add_force(give, i, x, y, z, accelerations):
 
 @kernel
 def add_air(sheet, wind, half_density, seconds, positions, velocities, accelerations):
-    """Adds drag and lift of the air, as `sim.cloth.air_kernels` computes them, damped as in an implicit step.
+    """Adds drag and lift of the air, as `sim.cloth.air_kernels` computes them, but so that no storm blows a vertex
+    faster than itself, however long the forces are kept.
 
-    So no vertex is blown faster than the wind, however long the forces are kept.
-
-    Model: a_i = F_i / (m_i + 6 h |D|), with F = D (wind - v) on each of about six triangles
+    Model: a_i = F_i / max(m_i, 6 h |D|), with F = D (wind - v) on each of about six triangles
     Reads: sheet: a `SpringSheet`; wind (verts, 3) [m/s]; half_density [kg/m^3]; seconds: h, the time for which the
         forces are kept [s]; positions (verts, 3) [m]; velocities (verts, 3) [m/s].
     Writes: accelerations (verts, 3) [m/s^2].
@@ -67,7 +66,7 @@ def add_air(sheet, wind, half_density, seconds, positions, velocities, accelerat
         damping, normal = np.float32(6) * seconds * (plain + steep), steep * along
         fx, fy, fz = plain * ux + normal * nx, plain * uy + normal * ny, plain * uz + normal * nz
         for v in (i, j, k):
-            share = one / (one + damping * inverse[v])
+            share = one / max(one, damping * inverse[v])
             add_force(inverse, v, share * fx, share * fy, share * fz, accelerations)
 
 
