@@ -1,4 +1,4 @@
-"""Moves a proxy in small steps: a quarter of the time of `newton_solver` or less, without contact of the cloth with itself."""
+"""Moves a proxy in small steps: four to six times as fast as `newton_solver`, but the cloth may pass through itself."""
 
 from dataclasses import replace
 
