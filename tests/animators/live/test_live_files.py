@@ -49,7 +49,7 @@ def test_a_fit_is_refused():
         ),
         (
             {"quality": "fine", "self_contact": True},
-            "self-contact is simulated by --quality exact alone; got --quality fine",
+            "self-contact is simulated by quality 'exact' alone; got quality 'fine'",
         ),
         ({"budget_ms": -1.0}, "option 'budget_ms' must be positive"),
         ({"wind": (1.0, float("nan"), 0.0)}, "option 'wind' must be a vector"),

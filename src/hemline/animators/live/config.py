@@ -54,7 +54,7 @@ class LiveConfig:
     budget_ms: float = positive(33.0)
     """Time that a frame of 1/30 s may take on one core [ms], for --quality budget."""
     self_contact: bool = False
-    """Simulate contact of the cloth with itself, by --quality exact."""
+    """Simulate contact of the cloth with itself, by quality exact."""
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Mean wind velocity along x, y (up) and z [m/s]."""
     gusts: float = not_negative(0.0)
@@ -64,8 +64,8 @@ class LiveConfig:
         check_options(self)
         if self.self_contact and self.quality in QUALITY_LEVELS:
             raise BadInput(
-                "self-contact is simulated by --quality exact alone",
-                f"--quality {self.quality}",
+                "self-contact is simulated by quality 'exact' alone",
+                f"quality '{self.quality}'",
                 "leave out one of the two options",
             )
 
