@@ -31,7 +31,7 @@ def live_cape() -> AnimatorLive:
 
 @cache
 def exact_cape() -> AnimatorLive:
-    """The same cape, simulated by the offline simulator."""
+    """The light cape of 700 vertices, simulated with 200 by the offline simulator."""
     return Live(LiveConfig(fewest=150, most=200, quality="exact")).animator_for(live_cape().garment, body())
 
 
