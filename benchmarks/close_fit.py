@@ -32,7 +32,7 @@ def measure(model: Animator, clip: str, betas: tuple[float, ...]) -> dict[str, n
     motion = body.untangle_motion(motions.open_motion(clip).resample(FPS))
     player = hemline.Player.prepare(model, body)
     garment, state = player.garment, player.start(motion[0])
-    rest = player.animator.at_rest(state.animator)
+    rest = player.animator.at_rest(state.animator, body)
     skin = metrics.skin_under_cloth(rest, garment.faces, body.vertices, body.normals)
     rows: dict[str, list[float]] = {}
     for index in range(len(motion)):

@@ -10,6 +10,7 @@ from hemline.bodies.model import BodyModel
 from hemline.bodies.shape import BodyShape
 from hemline.bodies.skinning import skin_points
 from hemline.motions import JOINT_NAMES, Motion, Pose
+from hemline.motions.arm_twist import steady_arm_twist
 from hemline.motions.quaternions import angle, from_axis_angle, inverse, multiply, to_matrix
 
 from .balls import Balls, fill_with_balls
@@ -56,7 +57,7 @@ class MotionUntangling:
 
     Attributes:
         motion: The untangled motion.
-        degrees: Angle by which each joint was turned in each frame [deg].
+        degrees: Angle by which each joint was turned for this in each frame [deg].
     """
 
     motion: Motion
@@ -89,20 +90,20 @@ def untangle_motion(shaped: BodyShape, motion: Motion) -> MotionUntangling:
     """Untangles each pose of a motion, and smooths the corrections in time without making them smaller.
 
     A hand that is inside a leg for a single frame is lifted out as far as one that stays there, and starts to move out
-    before.
+    before. First, arms that a recording wrings are turned back about their bones, see `steady_arm_twist`.
 
     Args:
         shaped: The body.
         motion: The motion.
     """
-    done = motion
+    steady = done = steady_arm_twist(motion)
     for _ in range(PASSES):
         turns = np.array([_turns(shaped, done[frame]) for frame in range(len(done))])
         if not turns.any():
             break
         turns = _smooth_turns(turns, _SMOOTHING * motion.fps)
         done = replace(done, rotations=_apply_turns(done.rotations, turns).astype(np.float32))
-    between = multiply(done.rotations.astype(np.float64), inverse(motion.rotations.astype(np.float64)))
+    between = multiply(done.rotations.astype(np.float64), inverse(steady.rotations.astype(np.float64)))
     return MotionUntangling(done, np.rad2deg(angle(between)).astype(np.float32))
 
 
