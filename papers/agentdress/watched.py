@@ -2,7 +2,8 @@
 
 MODEL is a model file or the name of a shipped model, a CLIP a shipped one or a recording. Each clip is played on the
 mean body and on random bodies of four betas. FOLDER takes the figures of `hemline evaluate` for each clip and body, and
-a picture of the frame whose edges are stretched most. A repeated command continues; use another folder for another
+a picture of the frame whose edges are stretched most. With `--simulated N` the garment is simulated on the first N
+bodies as well, in motion, and its stretch stands beside. A repeated command continues; use another folder for another
 model or commit.
 
 Writes papers/agentdress/pages/watched-GARMENT.md with a picture of the worst frames, and a row in
@@ -10,7 +11,7 @@ benchmarks/results/agentdress_watched.jsonl.
 """
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,10 @@ from hemline import metrics, pictures
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.bodies import ShapedBody
 from hemline.compiled import use_threads
+from hemline.errors import SimulationFailed
 from hemline.meshes import rest_lengths
 from hemline.playback import Frame, evaluate
-from hemline.sim import random_shapes
+from hemline.sim import SimSettings, random_shapes, simulate
 from papers.report import ROOT, Page, Row, join_numbers, mean_of, origin_of, parse_options, record
 
 NAME = "agentdress_watched"
@@ -44,9 +46,12 @@ FIGURES = {
     "pinched": ("pinched vertices, %", None),
     "stretch_p99": ("stretch of edges, p99, %", None),
     "long": ("edges more than 30 % too long, %", None),
+    "longest": ("longest edge of all, over its length on the pattern, %", 300.0),
     "crossing": ("edges that cross the cloth, %", None),
 }
 """Description and largest wanted value of each figure."""
+SIMULATED = ("stretch_p99", "long", "longest")
+"""Figures that are measured of the simulation too."""
 COLUMNS = {
     "inside_before": "inside before, %",
     "pinched": "pinched, %",
@@ -72,6 +77,24 @@ def write_page(row: Row) -> str:
         worst = max(rows, key=lambda each: each[name])
         summary.append([description, goal, mean_of(rows, name), worst[name], worst["clip"], worst["shape"]])
     page.table({"figure": "", "goal": "g", "mean": ".3g", "worst": ".3g", "worst clip": "", "worst body": "d"}, summary)
+    simulated = [each for each in rows if "simulated" in each]
+    if simulated:
+        page.section("Beside the simulation")
+        page.text(f"""
+            {len(simulated)} of these clips and bodies, simulated in motion with the frames of the clip as they are
+            played. Means, and the largest of all for the longest edge.
+        """)
+        page.table(
+            {"figure": "", "as played": ".3g", "simulation": ".3g"},
+            [
+                [
+                    FIGURES[name][0],
+                    how(each[name] for each in simulated),
+                    how(each["simulated"][name] for each in simulated),
+                ]
+                for name, how in zip(SIMULATED, (_mean, _mean, max), strict=True)
+            ],
+        )
     page.picture("The worst frames", f"watched-{garment}.png")
     page.text("The frames with the largest stretch of edges, from both sides.")
     columns = {heading: ".2g" for heading in COLUMNS.values()}
@@ -91,6 +114,10 @@ def write_page(row: Row) -> str:
         ),
     )
     return page.write(PAGES / f"watched-{garment}.md")
+
+
+def _mean(values: Iterable[float]) -> float:
+    return float(np.mean(list(values)))
 
 
 def _means(rows: Sequence[Row], selects: Callable[[Row], bool]) -> list[float]:
@@ -123,6 +150,24 @@ def play(
     return figures, worst[0]
 
 
+def simulate_stretch(
+    model: AnimatorAgentDress, body: ShapedBody, motion: hemline.motions.Motion
+) -> dict[str, float] | None:
+    """Returns the stretch of the garment simulated over one clip [%]; None if the simulation fails."""
+    garment = model.garment.dressed(body)
+    try:
+        take = simulate(garment, body, body.untangle_motion(body.placed(motion)), SimSettings(fps=motion.fps))
+    except SimulationFailed:
+        return None
+    if take.failed:
+        return None
+    edges, lengths = rest_lengths(model.garment.faces, model.garment.rest_edges)
+    frames = take.vertices[~take.lead_in]
+    both = metrics.stretch_figures([metrics.stretch_percent(frame, edges, lengths) for frame in frames])
+    longest = max(metrics.worst_edge_ratio(frame, edges, lengths) for frame in frames)
+    return {"stretch_p99": both["p99_mean"], "long": both["long"], "longest": 100 * (float(longest) - 1)}
+
+
 def row_of(clip: str, shape: int, figures: dict[str, Any]) -> Row:
     """Returns the row of a clip on a body."""
     inside, through, stretch = (figures[name] for name in ("inside_percent", "skin_through_percent", "stretch_percent"))
@@ -138,6 +183,7 @@ def row_of(clip: str, shape: int, figures: dict[str, Any]) -> Row:
         "through_buried": through["buried"],
         "stretch_p99": stretch["p99_mean"],
         "long": stretch["long"],
+        "longest": 100 * (figures["worst_edge_ratio"] - 1),
         "crossing": figures["self_crossing_percent"]["mean"],
         "novelty_worst": figures["novelty"]["worst_frame"],
     }
@@ -165,6 +211,7 @@ def main() -> None:
         output=(Path, "rows, and pictures of the worst frames"),
         shapes=(8, "number of bodies, the mean one first"),
         seconds=(3.0, "length of each clip [s]"),
+        simulated=(0, "number of bodies on which the garment is simulated too"),
         seed=0,
     )
     use_threads(1)
@@ -182,11 +229,13 @@ def main() -> None:
         for number, shaped in enumerate(bodies):
             if (clip, number) in found:
                 continue
+            truth = simulate_stretch(model, shaped, motion) if number < options.simulated else None
             figures, (stretch, index, frame) = play(model, shaped, motion)
             caption = f"{clip}, body {number}, frame {index}: p99 {stretch:.0f} %"
             picture = pictures.add_caption(draw_frame(model, frame), caption)
             pictures.write_png(options.output / f"{clip}-{number}.png", picture)
             row = row_of(clip, number, figures) | {"stretch_worst": stretch}
+            row |= {"simulated": truth} if truth else {}
             with (options.output / ROWS).open("a") as stream:
                 stream.write(json.dumps(row) + "\n")
             found[clip, number] = row
