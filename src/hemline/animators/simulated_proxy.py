@@ -33,6 +33,9 @@ KEPT_VELOCITY = 0.5
 DRAPE_RETURN = 0.05
 """Fraction of the distance to the settled drape that the cloth returns in the first carried frame. It doubles in each
 further one."""
+SLACK = 0.001
+"""Cloth is shown at most this far behind where it is simulated [m]: it stays where it is shown while it trembles by
+less."""
 ORIGIN_SPACING = 64.0
 """The local origin follows a body that is farther than this from it along an axis, in steps of this length [m]."""
 
@@ -45,6 +48,8 @@ class ProxyState:
     """Transform to the world from local coordinates, those of the place and heading of the body at the start."""
     cloth: ProxyCloth
     """The cloth, in local coordinates."""
+    shown: Positions
+    """Where the cloth is shown (verts, 3), in local coordinates [m], see `trail_behind`."""
     pose: Pose
     """Pose of the body, in local coordinates."""
     failed_frames: int = 0
@@ -54,12 +59,27 @@ class ProxyState:
 
     @property
     def positions(self) -> Positions:
-        """Positions of the cloth in the world (verts, 3) [m]."""
+        """Positions of the simulated cloth in the world (verts, 3) [m]."""
         return self.to_world.points(self.cloth.positions)
 
     def relocate(self, transform: RigidTransform) -> "ProxyState":
         """Returns the state turned about the vertical and shifted; local coordinates do not change."""
         return replace(self, to_world=transform.after(self.to_world))
+
+
+def trail_behind(shown: Positions, positions: Positions) -> Positions:
+    """Returns where cloth is shown that was shown elsewhere before: not at all moved, or `SLACK` behind.
+
+    Cloth in contact with skin that overlaps itself never comes fully to rest in a simulation. So it is shown as if it
+    hung on threads of this length: what trembles by less does not move, and nothing jumps.
+
+    Args:
+        shown: Where it was shown (verts, 3) [m].
+        positions: Where it is now (verts, 3) [m].
+    """
+    away = positions - shown
+    length = np.linalg.norm(away, axis=1, keepdims=True)
+    return shown + away * np.maximum(0.0, 1 - SLACK / np.maximum(length, SLACK))
 
 
 class SimulatedProxy:
@@ -104,7 +124,7 @@ class SimulatedProxy:
         turn = to_matrix(stance.turn)
         to_world = RigidTransform(turn, stance.target - turn @ stance.pelvis)
         last = to_world.pose_back(posed.pose)
-        state = ProxyState(to_world, self._solver.start(self.rest), first, origin=posed.origin)
+        state = ProxyState(to_world, self._solver.start(self.rest), self.rest, first, origin=posed.origin)
         if np.abs(self.shaped.posed(first).joints - self.shaped.posed(last).joints).max() < 1e-4:
             return state
         for frame in range(START_FRAMES):
@@ -138,7 +158,8 @@ class SimulatedProxy:
                 cloth = self._solver.advance(state.cloth, state.pose, pose, seconds)
             except SimulationFailed:
                 return self._carry(state, pose, seconds)
-        return ProxyState(state.to_world, cloth, pose, origin=state.origin)
+        shown = trail_behind(state.shown, cloth.positions)
+        return ProxyState(state.to_world, cloth, shown, pose, origin=state.origin)
 
     def _carry(self, state: ProxyState, pose: Pose, seconds: float) -> ProxyState:
         """Carries the cloth rigidly with the key joint, and moves it part of the distance to its drape."""
@@ -151,7 +172,7 @@ class SimulatedProxy:
         positions = carried + min(1.0, DRAPE_RETURN * 2.0 ** min(state.failed_frames, 9)) * (drape - carried)
         velocities = KEPT_VELOCITY * motion.vectors(state.cloth.velocities)
         cloth = self._solver.place(state.cloth, positions, velocities, now, seconds)
-        return ProxyState(state.to_world, cloth, pose, state.failed_frames + 1, state.origin)
+        return ProxyState(state.to_world, cloth, cloth.positions, pose, state.failed_frames + 1, state.origin)
 
     def _recenter(self, state: ProxyState, pose: Pose) -> ProxyState:
         """Returns the State with its local origin near a pose of the body in the world; nothing moves there."""
@@ -163,6 +184,7 @@ class SimulatedProxy:
             state,
             to_world=state.to_world.after(RigidTransform.translation(shift)),
             cloth=self._solver.move(state.cloth, RigidTransform.translation(-shift)),
+            shown=state.shown - shift,
             pose=Pose(state.pose.rotations, state.pose.translation.astype(np.float64) - shift),
         )
 
@@ -177,4 +199,6 @@ class SimulatedProxy:
         target = Pose(rotations, pose.translation)
         before, now = self.shaped.posed(state.pose), self.shaped.posed(target)
         motion = RigidTransform.between(before.transforms[0], now.transforms[0])
-        return replace(state, cloth=self._solver.move(state.cloth, motion), pose=target)
+        return replace(
+            state, cloth=self._solver.move(state.cloth, motion), shown=motion.points(state.shown), pose=target
+        )

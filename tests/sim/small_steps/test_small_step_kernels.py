@@ -8,6 +8,7 @@ from hemline.sim.cloth.hinge_kernels import hinge_forces
 from hemline.sim.small_steps.force_kernels import add_air, add_bending, add_viscosity, bending_give
 from hemline.sim.small_steps.spring_sheet import spring_sheet
 from hemline.sim.small_steps.step_kernels import (
+    BUCKLED,
     PinTargets,
     StepCloth,
     edge_factors,
@@ -143,11 +144,25 @@ def test_edges_are_solved_as_in_plain_numpy(square):
     for (a, b), length, compliance in zip(springs.edges, springs.lengths, springs.compliances, strict=True):
         away = expected[b] - expected[a]
         distance = np.linalg.norm(away)
-        pull = (distance - length) / (w[a] + w[b] + compliance / h**2) / distance
+        give = compliance if distance > length else compliance / BUCKLED
+        pull = (distance - length) / (w[a] + w[b] + give / h**2) / distance
         expected[a] += w[a] * pull * away
         expected[b] -= w[b] * pull * away
     solve_edges(springs, edge_factors(springs, np.float32(h)), False, x)
     np.testing.assert_allclose(x, expected, atol=2e-6)
+
+
+def test_a_soft_spring_resists_half_as_much_when_it_is_compressed(square):
+    """A sheet that is very soft, evenly stretched and evenly compressed by the same fraction."""
+    sheet, flat = square(4, young=1e-3)
+    springs, order = shuffled(sheet)
+    moved = []
+    for scale in (1.1, 0.9):
+        x = np.ascontiguousarray(scale * flat[order], np.float32)
+        before = x.copy()
+        solve_edges(springs, edge_factors(springs, np.float32(1e-3)), False, x)
+        moved.append(np.abs(x.astype(float) - before).sum())
+    assert moved[1] / moved[0] == pytest.approx(0.5, rel=0.01)
 
 
 def test_steps_go_by_velocity_and_velocities_are_those_of_the_step(square):

@@ -142,7 +142,7 @@ class AnimatorLive(ProxyAnimator[LiveOnBody]):
     @real_time_threads()
     def carry_mesh(self, state: ProxyState, shaped: ShapedBody) -> Vertices:
         """Carries the garment along with the proxy, the second half of `step`; returns its vertices (verts, 3) [m]."""
-        here = self._on(shaped).embedding.fine_vertices(state.cloth.positions)
+        here = self._on(shaped).embedding.fine_vertices(state.shown)
         return state.to_world.points(here.astype(np.float64)).astype(np.float32)
 
     def _prepare(self, dressed: DressedProxy, shaped: ShapedBody) -> LiveOnBody:

@@ -11,6 +11,8 @@ from .force_kernels import Surroundings, accelerate
 from .skin_push_kernels import PushSettings, find_contact, move_skin, push_out
 
 _index = np.uintp
+BUCKLED = np.float32(0.5)
+"""Stiffness of a compressed spring over that of a stretched one: the cloth along an edge of a coarse mesh buckles."""
 
 
 class FrameSettings(NamedTuple):
@@ -98,17 +100,19 @@ def pull_pins(sheet, targets, share, seconds, positions):
 
 @kernel
 def edge_factors(sheet, seconds):
-    """Computes the factor of each spring that does not change from step to step.
+    """Computes the factors of each spring that do not change from step to step, one if stretched, one if compressed.
 
-    Model: 1 / (w_a + w_b + alpha / h^2)
+    Model: 1 / (w_a + w_b + alpha / h^2), with alpha / 0.5 where the spring is compressed
     Reads: sheet: a `SpringSheet`; seconds: h [s].
-    Returns: The factors (edges,) [kg], float32.
+    Returns: The factors (edges, 2) [kg], float32.
     """
-    edges, inverse, factors = sheet.edges, sheet.inverse_masses, np.empty(len(sheet.edges), np.float32)
+    edges, inverse, factors = sheet.edges, sheet.inverse_masses, np.empty((len(sheet.edges), 2), np.float32)
+    one = np.float32(1)
     for number in range(len(edges)):
         e = _index(number)
         both = inverse[_index(edges[e, 0])] + inverse[_index(edges[e, 1])]
-        factors[e] = np.float32(1) / (both + sheet.compliances[e] / (seconds * seconds))
+        give = sheet.compliances[e] / (seconds * seconds)
+        factors[e, 0], factors[e, 1] = one / (both + give), one / (both + give / BUCKLED)
     return factors
 
 
@@ -117,7 +121,7 @@ def solve_edges(sheet, factors, backwards, positions):
     """Solves the springs one after the other, each as a constraint with compliance.
 
     Model: d lambda = -C / (w_a + w_b + alpha / h^2), C = |x_a - x_b| - l (Macklin et al. 2016, Eq. 18, from lambda = 0)
-    Reads: sheet: a `SpringSheet`; factors (edges,): of `edge_factors`; backwards: whether from the last to the first.
+    Reads: sheet: a `SpringSheet`; factors (edges, 2): of `edge_factors`; backwards: whether from the last to the first.
     Writes: positions (verts, 3) [m].
     """
     edges, lengths, inverse, count = sheet.edges, sheet.lengths, sheet.inverse_masses, len(sheet.edges)
@@ -130,7 +134,8 @@ def solve_edges(sheet, factors, backwards, positions):
             positions[b, 1] - positions[a, 1],
             positions[b, 2] - positions[a, 2],
         )
-        pull = factors[e] * (one - lengths[e] / np.sqrt(x * x + y * y + z * z + tiny))
+        part = one - lengths[e] / np.sqrt(x * x + y * y + z * z + tiny)
+        pull = (factors[e, 0] if part > 0 else factors[e, 1]) * part
         for_a, for_b = pull * inverse[a], pull * inverse[b]
         positions[a, 0] += for_a * x
         positions[a, 1] += for_a * y
