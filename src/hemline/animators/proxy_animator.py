@@ -13,6 +13,7 @@ import numpy as np
 
 from hemline.arrays import Float, Int
 from hemline.bodies import ShapedBody
+from hemline.collide.close.worn_shape import relax_torn
 from hemline.compiled import real_time_threads
 from hemline.errors import HemlineWarning, SimulationFailed
 from hemline.files.contents import array_of, damage_as_bad_model, entry
@@ -126,7 +127,8 @@ class ProxyAnimator(ABC, Generic[Prepared]):
 def settle_proxy(garment: Garment, body: ShapedBody, size: ProxySize, *, self_contact: bool = True) -> SettledProxy:
     """Dresses a body in a garment and settles its proxy, which takes a few seconds.
 
-    A proxy that does not come to rest begins as the garment lies on the body, and settles while it is played.
+    A proxy that does not come to rest begins as the garment lies on the body, and settles while it is played. A garment
+    that is torn as it lies on the body is relaxed first, see `relax_torn`.
 
     Args:
         garment: The garment.
@@ -140,7 +142,7 @@ def settle_proxy(garment: Garment, body: ShapedBody, size: ProxySize, *, self_co
     Warns:
         HemlineWarning: The proxy did not come to rest.
     """
-    dressed = garment.dressed(body)
+    dressed = relax_torn(garment.dressed(body), body)
     coarse, _ = proxy_of(dressed, size)
     rest = rest_of_proxy(coarse, body, self_contact=self_contact)
     return SettledProxy(dressed, rest, body.body.name, body.body.hash)

@@ -1,6 +1,8 @@
 """Measures how fast this machine works now: other programs may keep its cores busy."""
 
 import time
+from types import TracebackType
+from typing import Self
 
 import numpy as np
 
@@ -18,3 +20,30 @@ def measure_slowness() -> float:
     for _ in range(PRODUCTS):
         product = product @ matrix
     return (time.monotonic() - start) / REFERENCE_S
+
+
+class ProcessorShare:
+    """Measures which share of a core a block of code had, while other programs wanted it too.
+
+    Attributes:
+        share: Processor time over elapsed time, at most 1; known when the block has ended.
+
+    Example:
+        >>> with ProcessorShare() as measured:
+        ...     total = sum(range(100_000))
+        >>> 0 < measured.share <= 1
+        True
+    """
+
+    def __init__(self) -> None:
+        self.share = 1.0
+
+    def __enter__(self) -> Self:
+        self._began = time.perf_counter(), time.process_time()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        elapsed, worked = time.perf_counter() - self._began[0], time.process_time() - self._began[1]
+        self.share = min(1.0, worked / max(elapsed, 1e-9))

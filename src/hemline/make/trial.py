@@ -13,6 +13,8 @@ from hemline.meshes import rest_lengths
 from hemline.motions import Motion
 from hemline.playback import Frame, evaluate
 
+from .slowness import ProcessorShare
+
 TRUTH = "truth"
 """Method name of the simulation itself."""
 WORST_FRAMES, WORST_APART = 3, 10
@@ -32,7 +34,7 @@ class Trial:
         limbs_through: Limbs whose bone goes through the cloth, mean over limbs and frames [percent].
         inside: Vertices inside the body after the projection, worst frame [percent].
         jerk: Jerk relative to that of the simulation.
-        frame_ms: Median time of a frame [ms].
+        frame_ms: Median time of a frame, without the share of it that other programs took [ms].
         model_mb: Size of the model file [MB].
         failed: Why the method could not be fitted or played; empty if it could.
     """
@@ -80,7 +82,8 @@ def run_trial(animator: Animator, body: ShapedBody, motion: Motion, check: Datas
         model_mb: Size of the model file [MB].
     """
     frames: list[Frame] = []
-    figures = evaluate(animator, body, motion, truth=check, keep=frames.append).figures
+    with ProcessorShare() as measured:
+        figures = evaluate(animator, body, motion, truth=check, keep=frames.append).figures
     jerk = figures["jerk_m_s3"]
     trial = Trial(
         animator.name,
@@ -91,7 +94,7 @@ def run_trial(animator: Animator, body: ShapedBody, motion: Motion, check: Datas
         figures["limbs_through_percent"]["mean"],
         figures["inside_percent"]["after"],
         1.0 if jerk is None or jerk["ratio"] is None else jerk["ratio"],
-        figures["frame_ms"]["median"],
+        figures["frame_ms"]["median"] * measured.share,
         model_mb,
     )
     truth = truth_vertices(check, motion)
