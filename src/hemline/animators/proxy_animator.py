@@ -127,8 +127,8 @@ class ProxyAnimator(ABC, Generic[Prepared]):
 def settle_proxy(garment: Garment, body: ShapedBody, size: ProxySize, *, self_contact: bool = True) -> SettledProxy:
     """Dresses a body in a garment and settles its proxy, which takes a few seconds.
 
-    A proxy that does not come to rest begins as the garment lies on the body, and settles while it is played. A garment
-    that is torn as it lies on the body is relaxed first, see `relax_torn`.
+    A proxy that does not come to rest begins as the garment lies on the body, and settles while it is played. A close
+    garment that is torn as it lies on the body is relaxed first, see `relax_torn`.
 
     Args:
         garment: The garment.

@@ -1,4 +1,4 @@
-"""Relaxes a garment that is torn at rest, as a mesh may be that was stretched over a body instead of settled on it."""
+"""Relaxes close garments that are torn at rest, as a mesh may be that was stretched over a body, not settled on it."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hemline.collide.surface.garment_on_body import GarmentOnBody
+from hemline.garments.closeness import lies_close
 from hemline.meshes import edge_strains
 
 from .close_cloth import CloseCloth
@@ -23,7 +24,7 @@ PASSES = 12
 
 
 def relax_torn(garment: "Garment", shaped: "ShapedBody") -> "Garment":
-    """Returns a garment whose edges are little longer than on its pattern, outside the body in its rest pose.
+    """Returns a close garment with edges little longer than on its pattern, outside the body in its rest pose.
 
     What an animator carries along with the body keeps its shape at rest, and so would keep edges that are torn there.
 
@@ -32,9 +33,11 @@ def relax_torn(garment: "Garment", shaped: "ShapedBody") -> "Garment":
         shaped: The body.
 
     Returns:
-        The garment; the same object if less than one in a hundred of its edges is stretched by more than 30 %.
+        The garment; the same object if less than one in a hundred of its edges is stretched by more than 30 %, or if
+        it does not lie close to the body, see `lies_close`.
     """
-    if np.percentile(edge_strains(garment.vertices, garment.faces, garment.rest_edges), 99) <= TORN:
+    strains = edge_strains(garment.vertices, garment.faces, garment.rest_edges)
+    if np.percentile(strains, 99) <= TORN or not lies_close(garment, shaped):
         return garment
     on_body = GarmentOnBody.of(shaped, garment.vertices)
     cloth, posed = CloseCloth.prepare(shaped, garment, on_body, stretch=LONGEST), shaped.posed(shaped.rest_pose)
