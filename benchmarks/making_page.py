@@ -140,15 +140,16 @@ def longer_runs() -> list[str]:
     if not LONGER_RUNS.exists():
         return []
     found: dict[str, dict[float, Trial]] = {}
-    for text in LONGER_RUNS.read_text().splitlines():
-        row = json.loads(text)
+    recorded = [json.loads(text) for text in LONGER_RUNS.read_text().splitlines()]
+    commits = ", ".join(sorted({row["commit"] for row in recorded}))
+    for row in recorded:
         found.setdefault(row["name"], {})[row["minutes"]] = Trial(**row["trial"])
     lines = [
         "",
         "## An hour instead of ten minutes",
         "",
         "Both models on the clip of the longer run, which is longer than that of the table above "
-        "(`python -m benchmarks.making_longer`).",
+        f"(`python -m benchmarks.making_longer`, commits {commits}).",
         "",
         "| garment | model after 10 min | error [mm] | model after 60 min | error [mm] | ratio |",
         "|---|---|---|---|---|---|",

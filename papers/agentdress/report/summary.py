@@ -226,6 +226,12 @@ def _of_watched(row: Row) -> Iterator[Figure]:
     yield Figure(
         "covered skin outside the cloth, worst clip and body", max(e["through"] for e in rows), "%", at_most=0.1
     )
+    longest = max(each["longest"] for each in rows)
+    yield Figure("longest edge of all, over its length on the pattern", longest, "%", at_most=300)
+    simulated = [each for each in rows if "simulated" in each]
+    truth = float(np.mean([each["simulated"]["stretch_p99"] for each in simulated]))
+    beside = f"stretch p99, {len(simulated)} of these clips and bodies; in the simulation {truth:.1f}"
+    yield Figure(beside, mean_of(simulated, "stretch_p99"), "%", at_most=truth + 2)
 
 
 def _of_times(name: str, figures: Row) -> Iterator[Figure]:
