@@ -74,6 +74,8 @@ def write_page(row: Row) -> str:
     """)
     summary = []
     for name, (description, goal) in FIGURES.items():
+        if name not in rows[0]:  # rows of earlier runs
+            continue
         worst = max(rows, key=lambda each: each[name])
         summary.append([description, goal, mean_of(rows, name), worst[name], worst["clip"], worst["shape"]])
     page.table({"figure": "", "goal": "g", "mean": ".3g", "worst": ".3g", "worst clip": "", "worst body": "d"}, summary)

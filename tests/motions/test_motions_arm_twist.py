@@ -79,6 +79,13 @@ def test_a_clip_without_such_arms_is_the_same_object():
     assert steady_arm_twist(straight_clip()).hash == straight_clip().hash
 
 
+def test_unrelated_poses_are_left_as_they_are():
+    """Nothing lies between two poses of different people, whatever their arms do."""
+    poses = motions.varied_poses()
+    assert np.abs(twist_deg(poses))[bend_deg(poses) < STRAIGHT_DEG].max() > MOST_DEG
+    assert steady_arm_twist(poses) is poses
+
+
 def test_joints_and_hands_stay_where_they_are(turn):
     body, steady = hemline.bodies.load("anny24").shaped(), steady_arm_twist(turn)
     for index in range(60, 110, 5):

@@ -226,6 +226,8 @@ def _of_watched(row: Row) -> Iterator[Figure]:
     yield Figure(
         "covered skin outside the cloth, worst clip and body", max(e["through"] for e in rows), "%", at_most=0.1
     )
+    if "longest" not in rows[0]:
+        return
     longest = max(each["longest"] for each in rows)
     yield Figure("longest edge of all, over its length on the pattern", longest, "%", at_most=300)
     simulated = [each for each in rows if "simulated" in each]

@@ -12,7 +12,7 @@ import numpy as np
 from hemline.arrays import Bool, Float
 
 from .motion import JOINT_NAMES, Motion
-from .quaternions import from_axis_angle, multiply
+from .quaternions import angle, from_axis_angle, inverse, multiply
 
 STRAIGHT_DEG = 30.0
 """An elbow that bends by less than this leaves the twist of its upper arm unknown [deg]."""
@@ -22,6 +22,8 @@ MOST_DEG_S = 1200.0
 """Fastest twist of an upper arm that is believed of a straight arm [deg/s]."""
 MARGIN_S = 0.1
 """Frames this near to one with a wrong twist are not believed either, while the arm is straight [s]."""
+POSES_DEG = 45.0
+"""Poses that are farther apart than this in most frames, by the joint that turns most, are no movement [deg]."""
 SIDES = ("left", "right")
 
 
@@ -35,9 +37,11 @@ def steady_arm_twist(motion: Motion) -> Motion:
         motion: The motion.
 
     Returns:
-        The motion; the same object if nothing had to be changed.
+        The motion; the same object if nothing had to be changed, or if its frames are unrelated poses.
     """
     rotations, changed = motion.rotations.astype(np.float64), False
+    if not _is_movement(rotations):
+        return motion
     for side in SIDES:
         shoulder, elbow, wrist = (JOINT_NAMES.index(f"{side}_{name}") for name in ("shoulder", "elbow", "wrist"))
         twist, bend = _twists(rotations[:, shoulder]), _bends(rotations[:, elbow])
@@ -50,6 +54,12 @@ def steady_arm_twist(motion: Motion) -> Motion:
         rotations[wrong, elbow] = multiply(against[wrong], multiply(rotations[wrong, elbow], about[wrong]))
         rotations[wrong, wrist] = multiply(against[wrong], rotations[wrong, wrist])
     return replace(motion, rotations=rotations.astype(np.float32)) if changed else motion
+
+
+def _is_movement(rotations: Float[np.ndarray, "frames joints 4"]) -> bool:
+    """Returns whether each frame follows from the one before, so that what lies between two can be interpolated."""
+    turns = angle(multiply(inverse(rotations[:-1]), rotations[1:]))
+    return len(rotations) < 2 or bool(np.median(np.max(turns, axis=1)) <= np.deg2rad(POSES_DEG))
 
 
 def _twists(rotations: Float[np.ndarray, "frames 4"]) -> Float[np.ndarray, " frames"]:

@@ -12,6 +12,7 @@ from hemline.animators.agentdress.fit.fit import fit
 from hemline.cli.main import main
 from hemline.datasets import open_dataset
 from hemline.garments import coarser_garment
+from hemline.motions import JOINT_NAMES
 from hemline.motions.motion import Motion
 from hemline.sim.takes import tour as touring
 from hemline.sim.takes.database import sample_poses
@@ -123,7 +124,9 @@ def test_the_command_makes_a_tour_of_poses_of_many_people(tmp_path, monkeypatch,
     found = open_dataset("drapes")
     shipped = sample_poses([motions.varied_poses()])
     poses = [found.take(row).motion[0] for row in found.anchors()]
-    near = [np.abs((shipped[:, 1:] * pose.rotations[1:]).sum(axis=2)).min(axis=1).max() for pose in poses]
+    # straight arms that a recording wrings are turned back about their bones, so arms are left out
+    same = [k for k, name in enumerate(JOINT_NAMES) if k and not name.endswith(("shoulder", "elbow", "wrist"))]
+    near = [np.abs((shipped[:, same] * pose.rotations[same]).sum(axis=2)).min(axis=1).max() for pose in poses]
     assert sum(each > 0.99 for each in near) >= 3
     assert main(["drape", "shirt.safetensors", "--tour", "3", "--anchors", "2", "-m", "walk", "-o", "drapes"]) == 2
     assert "--tour stands alone; got other poses" in capsys.readouterr().err
