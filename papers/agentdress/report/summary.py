@@ -231,7 +231,7 @@ def _of_watched(row: Row) -> Iterator[Figure]:
     longest = max(each["longest"] for each in rows)
     yield Figure("longest edge of all, over its length on the pattern", longest, "%", at_most=300)
     simulated = [each for each in rows if "simulated" in each]
-    truth = float(np.mean([each["simulated"]["stretch_p99"] for each in simulated]))
+    truth = mean_of([each["simulated"] for each in simulated], "stretch_p99")
     beside = f"stretch p99, {len(simulated)} of these clips and bodies; in the simulation {truth:.1f}"
     yield Figure(beside, mean_of(simulated, "stretch_p99"), "%", at_most=truth + 2)
 
