@@ -126,6 +126,15 @@ def test_clips_that_begin_or_end_wrung(cut):
     assert np.abs(steady).max() < 45 and np.abs(np.diff(steady)).max() < 4
 
 
+def test_a_clip_shorter_than_the_margin_is_turned_back_where_it_is_wrung():
+    """Twenty frames at 120 a second, wrung in the last two: the first five are farther from them than the margin."""
+    lost = np.where(np.arange(60) >= 18, 170.0, 0.0)
+    motion = replace(straight_clip(), fps=120.0)[:20]
+    steady = steady_arm_twist(wrung(replace(straight_clip(), fps=120.0), lost)[:20])
+    assert np.array_equal(steady.rotations[:5], motion.rotations[:5])
+    assert np.abs(twist_deg(steady)).max() < 45
+
+
 def test_a_sleeve_is_not_wrung(turn):
     body, shirt = hemline.bodies.load("anny24").shaped(), hemline.load("tshirt-light")
     longest = {}

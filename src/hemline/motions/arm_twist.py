@@ -81,8 +81,9 @@ def _wrong_frames(
     fast = np.concatenate([[False], step * fps > np.deg2rad(MOST_DEG_S)])
     fast[:-1] |= fast[1:]
     wrong = straight & ((np.abs(twist) > np.deg2rad(MOST_DEG)) | fast)
-    width = 2 * round(MARGIN_S * fps) + 1
-    return straight & (np.convolve(wrong, np.ones(width), mode="same")[: len(wrong)] > 0) if wrong.any() else wrong
+    margin = round(MARGIN_S * fps)
+    near = np.convolve(wrong, np.ones(2 * margin + 1))[margin : margin + len(wrong)] > 0.5
+    return straight & near
 
 
 def _interpolate(
