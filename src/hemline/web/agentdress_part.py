@@ -48,6 +48,7 @@ def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> PagePart:
         "shape_width": model.shape_width,
         "shape_model": config.shape_model,
         "decay_seconds": config.decay_seconds,
+        "lift_deg": model.lift_deg,
         "beta_range": list(model.beta_range),
     } | config.blending
     return PagePart(arrays, metadata)

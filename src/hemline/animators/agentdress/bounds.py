@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from hemline.arrays import Betas, Float
+from hemline.bodies.lifted_arms import FORMER_LIFT_DEG
 from hemline.bodies.shape import LARGEST_BETA
 from hemline.errors import BadModel, HemlineWarning
 from hemline.files.contents import AGAIN
@@ -24,6 +25,9 @@ DEFAULT_STRETCH_LIMIT = 1.15
 """Stretch limit of models whose file does not name one."""
 LEAST_STRETCH_LIMIT, MOST_STRETCH_LIMIT = 1.06, 1.15
 """Smallest and largest stretch limit: below, every frame would need correction; above, the cloth looks torn."""
+
+MOST_LIFT_DEG = 45.0
+"""Largest angle by which a model may lift hanging arms [deg]."""
 
 RANGE_FACTOR = 1.5
 """Ratio of the range in which the shape model is reliable to the range of the fit."""
@@ -76,6 +80,18 @@ def read_stretch_limit(metadata: Mapping[str, Any]) -> float:
     found = metadata.get("stretch_limit", DEFAULT_STRETCH_LIMIT)
     if not isinstance(found, float) or not 1 <= found <= 2:
         raise BadModel("the stretch limit of a model is a number from 1 to 2", found, AGAIN)
+    return found
+
+
+def read_lift(metadata: Mapping[str, Any]) -> float:
+    """Reads the angle by which hanging arms were lifted from the metadata of a model file; the former one if missing.
+
+    Raises:
+        BadModel: It is no angle from 0 to 45 degrees.
+    """
+    found = metadata.get("lift_deg", FORMER_LIFT_DEG)
+    if not isinstance(found, float) or not 0 <= found <= MOST_LIFT_DEG:
+        raise BadModel("the arms of a model are lifted by 0 to 45 degrees", found, AGAIN)
     return found
 
 

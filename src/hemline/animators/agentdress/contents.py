@@ -11,7 +11,7 @@ from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, entry, part
 from hemline.options import options_of
 
-from .bounds import BetaRange, read_beta_range, read_stretch_limit
+from .bounds import BetaRange, read_beta_range, read_lift, read_stretch_limit
 from .config import AgentDressConfig
 from .materials import Materials
 from .tables import Tables
@@ -27,11 +27,17 @@ def arrays_of(tables: Tables, materials: Materials | None) -> dict[str, np.ndarr
 
 
 def metadata_of(
-    materials: Materials | None, *, width: float, shape_width: float, betas: BetaRange, stretch_limit: float
+    materials: Materials | None,
+    *,
+    width: float,
+    shape_width: float,
+    betas: BetaRange,
+    stretch_limit: float,
+    lift_deg: float,
 ) -> dict[str, Any]:
     """Returns the AgentDress entry of the metadata; see the fields of `AnimatorAgentDress`."""
     own = {"version": VERSION, "width": width, "shape_width": shape_width, "betas": list(betas)}
-    own["stretch_limit"] = stretch_limit
+    own |= {"stretch_limit": stretch_limit, "lift_deg": lift_deg}
     return {"agentdress": own if materials is None else own | {"materials": materials.metadata()}}
 
 
@@ -75,5 +81,6 @@ def fields_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> 
         "licences": tuple(str(text) for text in entry(metadata, "licences", list)),
         "fitted_betas": read_beta_range(own),
         "stretch_limit": read_stretch_limit(own),
+        "lift_deg": read_lift(own),
         "materials": materials,
     }

@@ -13,7 +13,7 @@ from hemline.animators.own_body import own_body, refuse_other_body
 from hemline.animators.rigid_transform import RigidTransform
 from hemline.arrays import Float, Int, Quaternions, Vertices
 from hemline.bodies.body import PosedBody, ShapedBody
-from hemline.bodies.lifted_arms import lift_rotations
+from hemline.bodies.lifted_arms import LIFT_DEG, lift_rotations
 from hemline.errors import BadInput
 from hemline.garments import Garment, Material, coarser_garment
 from hemline.motions.motion import Pose
@@ -80,6 +80,8 @@ class AnimatorAgentDress:
     """Lowest and highest beta of the anchors."""
     stretch_limit: float = DEFAULT_STRETCH_LIMIT
     """Longest length of an edge, over the longer of those on the pattern and at rest on the body."""
+    lift_deg: float = LIFT_DEG
+    """Angle by which hanging arms were lifted in the poses of the fit [deg]."""
     materials: Materials | None = None
     """Effects of other materials than that of the fit, if the garment was also draped in others."""
     name = "agentdress"
@@ -261,7 +263,7 @@ class AnimatorAgentDress:
             2021, Eq. 9. Differs: the axes follow, not the distances. The mean of squared distances to two poses is that
             of a pose far from everything between them, for which a regression predicts nothing meaningful.
         """
-        axes = self._axes(lift_rotations(pose.rotations))
+        axes = self._axes(lift_rotations(pose.rotations, self.lift_deg))
         if state.axes is not None and self.config.decay_seconds > 0:
             decay = np.float32(np.exp(-dt / self.config.decay_seconds))
             axes = decay * state.axes + (1 - decay) * axes
@@ -379,6 +381,7 @@ class AnimatorAgentDress:
                 shape_width=self.shape_width,
                 betas=self.fitted_betas,
                 stretch_limit=self.stretch_limit,
+                lift_deg=self.lift_deg,
             ),
         )
 

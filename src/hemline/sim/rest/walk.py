@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MAX_SPEED_MM_S = 20.0
 """Maximum mean speed at the end of a walk at which cloth counts as still [mm/s]."""
 
-MAX_PINCHED_RATIO, MAX_CROSSING_PERCENT = 0.03, 3.0
+MAX_PINCHED_RATIO, MAX_CROSSING_PERCENT = 0.05, 3.0
 """Maximum fraction of pinched vertices, and maximum percentage of edges that cross the cloth, after a walk."""
 
 
@@ -43,7 +43,7 @@ class Walk:
         ironing_frames: Frames after which cloth that crosses itself is ironed flat.
     """
 
-    name: str = "walk 1"
+    name: str = "walk 2"
     moving_frames: int = 20
     still_frames: int = 30
     substeps: int = 2

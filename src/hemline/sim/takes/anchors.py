@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hemline.bodies.lifted_arms import LIFT_DEG
 from hemline.datasets import Dataset, Row, Take, take_faults
 from hemline.errors import SimulationFailed
 from hemline.garments.garment import Garment
@@ -295,7 +296,7 @@ def anchor_inputs(
         "settings": asdict(settings),
         "simulator": SIMULATOR,
         "derivatives": {"turns": [int(joint) for joint in turns], "betas": [int(index) for index in betas]},
-    } | ({"protocol": WALK.name} if method == "walked" else {})
+    } | ({"protocol": WALK.name, "lift_deg": LIFT_DEG} if method == "walked" else {})
 
 
 def _anchor_job(dataset: Dataset, setup: Setup, task: _Task) -> Job[Take]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hemline.bodies.lifted_arms import LIFT_DEG
 from hemline.datasets import Dataset, Take, create, open_dataset, take_name
 from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
 from hemline.errors import SimulationFailed
@@ -24,7 +25,7 @@ from .jobs import Report
 from .produce import ClipRequest, produce
 from .setup import Setup
 
-TOUR = "tour 1"
+TOUR = "tour 2"
 """Name of this protocol, which drapes of a tour have among their inputs. A change of the numbers needs a new name."""
 TOUR_FRAMES, TOUR_FPS = 8, 30.0
 """Number of frames in which the body moves from one pose to the next, and frame rate [frames/s]."""
@@ -125,7 +126,14 @@ def _drape(take: Take, frame: int) -> Take:
     """Returns one frame of a take as an anchor."""
     motion = take.motion[frame : frame + 1]
     inputs = {name: take.inputs[name] for name in ("garment", "body", "settings", "simulator")}
-    inputs |= {"kind": "anchor", "protocol": TOUR, "take": take.name, "frame": frame, "pose": motion[0].hash}
+    inputs |= {
+        "kind": "anchor",
+        "protocol": TOUR,
+        "lift_deg": LIFT_DEG,
+        "take": take.name,
+        "frame": frame,
+        "pose": motion[0].hash,
+    }
     return Take(
         kind="anchor",
         vertices=take.vertices[frame : frame + 1],

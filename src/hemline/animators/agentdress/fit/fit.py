@@ -14,6 +14,7 @@ from hemline.animators.base import Progress
 from hemline.animators.terms import garment_terms
 from hemline.arrays import Float
 from hemline.bodies.body import ShapedBody
+from hemline.bodies.lifted_arms import FORMER_LIFT_DEG, LIFT_DEG
 from hemline.datasets import Dataset
 from hemline.datasets.take import take_metadata
 from hemline.errors import BadDataset, BadInput
@@ -91,6 +92,7 @@ def fit(
             "the first of several datasets has the anchors, on bodies of many shapes", dataset.folder, cure
         )
     rows = rows_with_derivatives(dataset) if config.pose_model == "sor" else []
+    lift_deg = lift_of(dataset)
     anchors = AnchorSet.of(dataset, config)
     report("anchors", 1, 1)
     others = MaterialChanges.of(dataset.garment, anchors, materials) if materials else None
@@ -100,7 +102,9 @@ def fit(
     figures = dict(model.figures) | fit_quality(dataset, anchors)
     warn_of_poor_fit(dataset.garment.name, figures, config)
     limit = stretch_limit(dataset, anchors.rest.mean.reshape(-1, 3))
-    return replace(model, figures=figures, licences=_licences((dataset, *materials)), stretch_limit=limit)
+    return replace(
+        model, figures=figures, licences=_licences((dataset, *materials)), stretch_limit=limit, lift_deg=lift_deg
+    )
 
 
 def _licences(data: Sequence[Dataset]) -> tuple[str, ...]:
@@ -108,6 +112,21 @@ def _licences(data: Sequence[Dataset]) -> tuple[str, ...]:
     garment = data[0].garment
     motions = {take_metadata(each.path(row.name))["motion"]["licence"] for each in data for row in each.anchors()}
     return as_stated((data[0].body.licence, *garment_terms(garment), *sorted(motions)))
+
+
+def lift_of(dataset: Dataset) -> float:
+    """Returns the angle by which hanging arms were lifted in the poses of a dataset [deg].
+
+    Raises:
+        BadDataset: It differs between its takes.
+    """
+    inputs = [take_metadata(dataset.path(row.name))["inputs"] for row in dataset.anchors()]
+    found = sorted({float(each.get("lift_deg", FORMER_LIFT_DEG)) for each in inputs if "protocol" in each})
+    if len(found) > 1:
+        got = " and ".join(f"{angle:g}" for angle in found) + " degrees"
+        cure = "drape into a new folder, all with the same version of hemline"
+        raise BadDataset(f"hanging arms were lifted by different angles in {dataset.folder}", got, cure)
+    return found[0] if found else LIFT_DEG
 
 
 def _check_body(dataset: Dataset) -> None:

@@ -5,7 +5,7 @@ import { intoColumns } from "hemline/kernels.js";
 import { at, multiply, normalised } from "hemline/quaternions.js";
 
 const LEAST_RELEVANCE = 1e-3, SQUARES = 0.5, LANES = 16, RAD = Math.PI / 180;
-const LIFT = 20 * RAD, HANGING = 30 * RAD, RAISED = 75 * RAD, ARMS = [[16, 1], [17, -1]];
+const HANGING = 30 * RAD, RAISED = 75 * RAD, ARMS = [[16, 1], [17, -1]];
 const DEEPEST = 0.03, ASIDE = 0.03; // see animators/agentdress/model [m]
 
 export class AgentDress {
@@ -70,7 +70,7 @@ export class AgentDress {
 
   /** Returns the state `dt` later [s]: axes that follow the pose. */
   advance(state, body, dt) {
-    const axes = this.#axes(liftArms(body.rotations)), { decay_seconds: decay } = this.metadata;
+    const { decay_seconds: decay, lift_deg: lift } = this.metadata, axes = this.#axes(liftArms(body.rotations, lift * RAD));
     if (state.axes && decay > 0) {
       const remaining = Math.fround(Math.exp(-dt / decay));
       axes.forEach((value, i) => (axes[i] = remaining * state.axes[i] + (1 - remaining) * value));
@@ -223,14 +223,14 @@ function features(betas, count) {
   return [...known, ...known.map((beta) => beta * beta)].map(Math.fround);
 }
 
-/** Returns rotations with hanging upper arms lifted off the torso; bodies/lifted_arms. */
-function liftArms(rotations) {
+/** Returns rotations with hanging upper arms lifted off the torso by `lift` [rad]; bodies/lifted_arms. */
+function liftArms(rotations, lift) {
   const out = Float64Array.from(rotations);
   for (const [joint, side] of ARMS) {
     const [w, x, y, z] = at(rotations, joint);
     const hanging = Math.acos(Math.min(1, Math.max(-1, -2 * side * (x * y + w * z))));
     const fraction = Math.min(1, Math.max(0, (hanging - HANGING) / (RAISED - HANGING)));
-    const half = 0.5 * LIFT * (1 - fraction * fraction * (3 - 2 * fraction)), c = Math.cos(half), s = side * Math.sin(half);
+    const half = 0.5 * lift * (1 - fraction * fraction * (3 - 2 * fraction)), c = Math.cos(half), s = side * Math.sin(half);
     out.set([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], 4 * joint);
   }
   return out;
