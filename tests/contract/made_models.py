@@ -133,7 +133,6 @@ def agentdress_model() -> AnimatorAgentDress:
             (0.01 * random.normal(size=(count, 7, 4))).astype(np.float16).astype(np.float32),
             np.diag(np.float32([1.5, 0.5, 1, 1, 1])),
         ),
-        clearances=np.full(len(garment.vertices), 0.002, np.float32),
     )
     return AnimatorAgentDress(
         garment,

@@ -15,6 +15,9 @@ from hemline.bodies.body import ShapedBody
 from hemline.motions.motion import Pose
 from hemline.motions.quaternions import to_matrix
 from papers.agentdress.settled.pairs import Pair, mean_distance_mm
+from papers.agentdress.synthesis import Points
+
+from .paper_system import PaperSystem
 
 Offsets = Float[np.ndarray, "verts 3"]
 PoseModel = Callable[[Pose], Offsets]
@@ -105,15 +108,32 @@ def variants_of(
 
 
 def errors_on_random_bodies(
-    model: AnimatorAgentDress, pairs: Iterable[Pair], models: Mapping[str, PoseModel]
+    model: AnimatorAgentDress,
+    pairs: Iterable[Pair],
+    models: Mapping[str, PoseModel],
+    system: PaperSystem | None = None,
 ) -> Errors:
-    """Returns the errors of all variants on the random bodies, see `variants_of`."""
+    """Returns the errors of all variants on the random bodies, see `variants_of`, and of the system of the paper."""
     errors: dict[str, list[float]] = {}
     for pair in pairs:
+        for name, vertices in _garments_of_paper(system, pair).items():
+            errors.setdefault(name, []).append(mean_distance_mm(vertices, pair.worn))
         for name, (variant, shaped) in variants_of(model, pair, models).items():
             error = mean_distance_mm(variant.drape(shaped.posed(pair.pose)), pair.worn)
             errors.setdefault(name, []).append(error)
     return errors
+
+
+def _garments_of_paper(system: PaperSystem | None, pair: Pair) -> dict[str, Points]:
+    """Returns what the system of the paper and its ablation show in a pair, by name [m]."""
+    if system is None:
+        return {}
+    posed = system.body.shaped(pair.betas).posed(pair.pose)
+    return {
+        "the paper's system": system.drape(posed),
+        "the paper's system, simulation as pose model": system.drape(posed, pair.mean.astype(np.float64)),
+        "the paper's system without its first-order module": system.without_first_order(posed),
+    }
 
 
 def model_errors_mm(model: AnimatorAgentDress, pairs: Iterable[Pair]) -> list[float]:

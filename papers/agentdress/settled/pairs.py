@@ -1,4 +1,4 @@
-"""The test set of AgentDress: a garment settled in poses of other people, on random bodies and on the mean one."""
+"""The test sets of AgentDress: a garment settled in poses of other people, on random bodies and on the mean one."""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -12,16 +12,33 @@ from hemline.arrays import Int, Vertices
 from hemline.datasets import open_dataset
 from hemline.garments import Garment
 from hemline.motions.motion import Pose
-from hemline.motions.pose_clusters import cluster_poses
+from hemline.motions.pose_clusters import cluster_poses, without_heading
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim import produce_posed, random_shapes
-from hemline.sim.takes.database import sample_poses
+from hemline.sim.takes.anchors import Entry
+from hemline.sim.takes.database import SAMPLE_STRIDE, SAMPLED_FPS, sample_poses
 
 CLIPS = ("run", "walk", "jump", "kick", "dance")
 """Shipped excerpts of people who appear in no fit."""
 
 SHAPES = 16
 """Number of random bodies, with as many poses each; the paper has 400 poses for each."""
+
+
+AS_PLAYED = Entry(lift_deg=0.0, most_pinched=0.25)
+"""Poses as a player shows them: arms hang, so more of the cloth is pinched in the armpits."""
+
+
+@dataclass(frozen=True)
+class Worn:
+    """A pose of a clip as a player shows it, a body, and the garment settled on it [m]."""
+
+    clip: str
+    pose: Pose
+    betas: tuple[float, ...]
+    vertices: Vertices
+    pinched: int
+    """Number of vertices without a free place."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +112,42 @@ def settle_nearby(
     for number, vertices in enumerate(settle_in_poses(folder, garment, changed, jobs=jobs)):
         if vertices is not None:
             yield number, changed[number], vertices
+
+
+def settle_as_played(
+    folder: Path, garment: Garment, *, count: int, random: bool, seed: int, jobs: int
+) -> Iterator[Worn]:
+    """Yields garments in poses of the clips, arms where they are and limbs lifted out of each other as in `animate`.
+
+    What the folder already holds is not simulated again. Poses in which it does not come to rest are left out.
+
+    Args:
+        folder: The dataset, made if missing and continued.
+        garment: The garment.
+        count: Number of poses of each clip.
+        random: Whether the bodies are the random ones of `choose_pairs`, in turn, or the mean one.
+        seed: Seed of the choice of poses and of the bodies.
+        jobs: Number of processes.
+    """
+    body = bodies.load(garment.body_name)
+    shapes = random_shapes(body, SHAPES, seed) if random else [()]
+    place, draw = body.shaped().rest_pose.translation, np.random.default_rng(seed)
+    by_shape: dict[tuple[float, ...], list[tuple[str, Pose]]] = {}
+    for name in CLIPS:
+        clip = motions.load(name).resample(SAMPLED_FPS)[::SAMPLE_STRIDE]
+        for frame in draw.permutation(len(clip))[:count]:
+            betas = shapes[sum(map(len, by_shape.values())) % len(shapes)]
+            pose = body.shaped(betas).untangle(clip[int(frame)])
+            rotations = without_heading(pose.rotations[None].astype(np.float64))[0].astype(np.float32)
+            by_shape.setdefault(betas, []).append((name, Pose(rotations, place)))
+    for betas, chosen in by_shape.items():
+        poses = [[pose] for _, pose in chosen]
+        results = produce_posed(folder, garment, poses, [betas], entry=AS_PLAYED, jobs=jobs)
+        dataset = open_dataset(folder)
+        for (name, pose), result in zip(chosen, results, strict=True):
+            if result is not None:
+                take = dataset.take(result.names[0])
+                yield Worn(name, pose, betas, take.vertices[0], int(take.pinched[0]))
 
 
 def settle_pairs(folder: Path, garment: Garment, *, count: int, seed: int, jobs: int) -> Iterator[Pair]:

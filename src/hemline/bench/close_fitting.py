@@ -156,7 +156,6 @@ def _refine(model: AnimatorAgentDress, garment: Garment, anchors: int) -> Animat
         basis=PackedBasis(digits.reshape(-1, basis.digits.shape[1]), basis.scales, basis.modes),
         pose_weights=np.concatenate([0.0 * tables.pose_weights[:, sources], tables.pose_weights], axis=1),
         shapes=_repeat(tables.shapes, sources),
-        clearances=interpolate(tables.clearances),
     )
     return replace(model, garment=garment, tables=refined)
 

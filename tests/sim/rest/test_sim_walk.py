@@ -77,9 +77,9 @@ def test_the_drape_is_found_where_it_is_not_given_and_nothing_is_left_to_chance(
 
 
 def test_lifted_arms_leave_cloth_a_place():
-    """What hangs in an armpit is pinched, and refused; with arms lifted, as anchors are settled, none of it is."""
+    """What hangs in an armpit is pinched, and can be refused; with arms lifted, as in anchors, none of it is."""
     with pytest.raises(SimulationFailed, match="pinched share"):
-        settle(*shirt(), arms_down(0.75), start=drape(), method="walked")
+        settle(*shirt(), arms_down(0.75), start=drape(), method="walked", most_pinched=0.01)
     lifted = settle(*shirt(), lift_pose_arms(arms_down(0.75)), start=drape(), method="walked")
     assert lifted.pinched.sum() == 0 and lifted.figures["self_crossing_percent"] == 0
 
@@ -94,7 +94,7 @@ def test_cloth_that_moves_or_has_no_place_is_refused():
     with pytest.raises(SimulationFailed, match=r"did not come to rest in this pose: mean speed \[mm/s\] 86.6"):
         accept(raised(), moving)
     pinched = np.arange(count) < 0.1 * count
-    with pytest.raises(SimulationFailed, match="pinched share 0.1, accepted up to 0.03"):
+    with pytest.raises(SimulationFailed, match="pinched share 0.1, accepted up to 0.05"):
         accept(replace(raised(), pinched=pinched), still)
     crossed = raised().figures | {"self_crossing_percent": 5.0}
     with pytest.raises(SimulationFailed, match=r"edges through the cloth \[%\] 5, accepted up to 3"):

@@ -35,10 +35,6 @@ class AgentDressConfig:
     """Offset added to squared distances in the blending weights, as a fraction of their median between anchors."""
     decay_seconds: float = not_negative(0.05)
     """Time constant with which the garment follows the pose [s]. With 0 it follows at once."""
-    clearance: float = not_negative(0.0)
-    """Maximum distance by which a vertex is moved out to the clearance that it has in the anchors [m].
-    The paper uses 0.005.
-    With 0, the final projection of the player alone keeps the garment out of the body, which stretches it less."""
 
     def __post_init__(self) -> None:
         """Raises BadInput for an option out of its range."""

@@ -58,7 +58,7 @@ def fields_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> 
             raise BadModel("the kernels of the model have positive widths", each, AGAIN)
     garment, body = garment_of(arrays, metadata), entry(metadata, "body", dict)
     name = entry(body, "name", str)
-    config = options_of(AgentDressConfig, entry(metadata, "config", dict), error=BadModel)
+    config = options_of(AgentDressConfig, _options(entry(metadata, "config", dict)), error=BadModel)
     tables = Tables.of(
         part(arrays, "tables"),
         vertices=len(garment.vertices),
@@ -84,3 +84,14 @@ def fields_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> 
         "lift_deg": read_lift(own),
         "materials": materials,
     }
+
+
+def _options(stored: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the options of a fit without the clearance that earlier ones had, which was off unless asked for.
+
+    Raises:
+        BadModel: It is on.
+    """
+    if stored.get("clearance", 0.0) != 0.0:
+        raise BadModel("hemline no longer plays the option 'clearance' of a fit", stored["clearance"], AGAIN)
+    return {name: value for name, value in stored.items() if name != "clearance"}

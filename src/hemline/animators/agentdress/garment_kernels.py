@@ -8,17 +8,10 @@ from hemline.compiled import kernel
 from .kernel_inputs import GarmentTables
 
 _index = np.uintp
-NO_CLEARANCE = np.float32(-1)
-"""Clearance value that switches the clearance off [m]."""
 LEAST_REGION_WEIGHT = np.float32(1e-4)
 """Regions with no more weight than this at a vertex are skipped."""
 REGIONS_PER_PASS = 3
 """Number of regions summed in one pass; few vertices lie in more."""
-DEEPEST_PUSH, FARTHEST_ASIDE = np.float32(0.03), np.float32(0.03)
-"""Largest depth from which the clearance moves a vertex out of the skin, and largest offset beside its body vertex [m].
-
-The projection of the player handles all other vertices.
-"""
 
 
 @kernel(forceinline=True)
@@ -43,18 +36,17 @@ def pack_bones(t, bones_out, opposite_out):
 
 
 @kernel(fastmath={"reassoc", "contract", "nsz"})
-def pose_garment(tables: GarmentTables, rest, offset, normals, mixed, t, skin, vertices_out):
-    """Poses a garment and moves it out of the skin along the normals of the body.
+def pose_garment(tables: GarmentTables, rest, offset, mixed, t, vertices_out):
+    """Poses a garment.
 
     Model: x = sum_b w_b A_b rest + R (offset + sum_k d_k sum_g r_g m_gk), R of the normalised sum of w_b q_b
 
     Reads: tables; rest (verts, 3): the garment in the rest pose of the body [m]; offset (verts, 3): mean offsets from
-        the skinned garment, in rotated vertex frames [m]; normals (verts, 3) of the body under each vertex, in the rest
-        pose; mixed (regions, columns): scaled basis coefficients of each region, from pose and shape [m]; t (joints, 3,
-        4): skin transforms; skin (body_verts, 3): the posed body [m].
+        the skinned garment, in rotated vertex frames [m]; mixed (regions, columns): scaled basis coefficients of each
+        region, from pose and shape [m]; t (joints, 3, 4): skin transforms.
     Writes: vertices_out (verts, 3): vertices in the world [m].
     """
-    indices, weights, nearest, regions, digits, clearances = tables
+    indices, weights, regions, digits = tables
     joints, two = t.shape[0], np.float32(2)
     bones, opposite = np.empty((joints, 16), np.float32), np.empty((joints, joints), np.bool_)
     pack_bones(t, bones, opposite)
@@ -100,16 +92,4 @@ def pose_garment(tables: GarmentTables, rest, offset, normals, mixed, t, skin, v
         x += u0 + a * e0 + c * e2 - d * e1
         y += u1 + a * e1 + d * e0 - b * e2
         z += u2 + a * e2 + b * e1 - c * e0
-        if clearances[v] <= NO_CLEARANCE:
-            vertices_out[v, 0], vertices_out[v, 1], vertices_out[v, 2] = x, y, z
-            continue
-        n = _index(nearest[v])
-        p0, p1, p2 = x - skin[n, 0], y - skin[n, 1], z - skin[n, 2]
-        u0, u1, u2 = normals[v, 0], normals[v, 1], normals[v, 2]
-        e0, e1, e2 = two * (c * u2 - d * u1), two * (d * u0 - b * u2), two * (b * u1 - c * u0)
-        u0, u1, u2 = u0 + a * e0 + c * e2 - d * e1, u1 + a * e1 + d * e0 - b * e2, u2 + a * e2 + b * e1 - c * e0
-        height = p0 * u0 + p1 * u1 + p2 * u2
-        lack = clearances[v] - height
-        if 0 < lack < DEEPEST_PUSH and p0 * p0 + p1 * p1 + p2 * p2 - height * height < FARTHEST_ASIDE * FARTHEST_ASIDE:
-            x, y, z = x + lack * u0, y + lack * u1, z + lack * u2
         vertices_out[v, 0], vertices_out[v, 1], vertices_out[v, 2] = x, y, z

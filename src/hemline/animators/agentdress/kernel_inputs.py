@@ -14,14 +14,10 @@ class GarmentTables(NamedTuple):
     """Bones of each vertex, the heaviest first."""
     weights: Float[np.ndarray, "verts influences"]
     """Weights of these bones [1]."""
-    nearest: Int[np.ndarray, " verts"]
-    """Closest body vertex of each vertex."""
     regions: Float[np.ndarray, "verts regions"]
     """Weight of each region at each vertex [1]."""
     digits: Int[np.ndarray, "verts 3 columns"]
     """The basis, int8."""
-    clearances: Float[np.ndarray, " verts"]
-    """Least distance of each vertex from the skin [m]; `garment_kernels.NO_CLEARANCE` for none."""
 
 
 class AnchorTables(NamedTuple):

@@ -163,7 +163,7 @@ class AnimatorAgentDress:
     @cached_property
     def _kernel_tables(self) -> GarmentTables:
         t = self.tables
-        return GarmentTables(t.indices, t.weights, t.nearest, t.regions, self._digits, t.clearances)
+        return GarmentTables(t.indices, t.weights, t.regions, self._digits)
 
     @cached_property
     def _binding(self) -> Binding:
@@ -192,7 +192,7 @@ class AnimatorAgentDress:
         effects, material_effects = tables.shapes.effects(shaped.betas), self._material_effects
         if material_effects is not None:
             effects = np.concatenate([effects, material_effects], axis=1)
-        return AgentDressState(rest, shaped.normals[tables.nearest], effects)
+        return AgentDressState(rest, effects)
 
     def step(self, state: AgentDressState, posed: PosedBody, dt: float) -> tuple[AgentDressState, Vertices]:
         """Advances to a pose.
@@ -318,8 +318,7 @@ class AnimatorAgentDress:
         tables, vertices = self.tables, np.empty_like(state.rest)
         mixed = self._basis_coefficients(state.distances, state.effects, posing=offset is None)
         base = tables.offset if offset is None else offset
-        given = state.rest, base, state.normals, mixed, posed.transforms, posed.vertices
-        pose_garment(self._kernel_tables, *given, vertices)
+        pose_garment(self._kernel_tables, state.rest, base, mixed, posed.transforms, vertices)
         return vertices
 
     def _axes(self, lifted: Quaternions) -> Float[np.ndarray, "counting 9"]:

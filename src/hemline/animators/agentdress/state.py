@@ -13,8 +13,6 @@ class AgentDressState:
 
     rest: Vertices
     """The skinned part of the garment, in the rest pose, without pose and shape offsets [m]."""
-    normals: Float[np.ndarray, "verts 3"]
-    """Normals of the body under each vertex, in the rest pose."""
     effects: Float[np.ndarray, "shape_regions shape_poses shape_modes"]
     """Effect of the body shape in each pose in which other shapes were draped, per region, followed by the effect of
     the material if it is not that of the fit."""

@@ -35,7 +35,6 @@ class Tables:
         pose_weights: Weight of each pose on each pose mode, per region.
         shapes: Effect of body shapes on each shape mode, per pose and region; one region stands for all if anchors are
             blended.
-        clearances: Least distance of each vertex from the skin [m].
         rigged: The rigged anchors, if rigging is the pose model; the basis then has shape modes alone.
     """
 
@@ -51,7 +50,6 @@ class Tables:
     basis: PackedBasis
     pose_weights: Float[np.ndarray, "regions poses pose_modes"]
     shapes: ShapeSamples
-    clearances: Float[np.ndarray, " verts"]
     rigged: RiggedTables | None = None
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -63,7 +61,7 @@ class Tables:
 
     def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> Self:
         """Returns the tables restricted to some of the vertices."""
-        names = ("indices", "weights", "nearest", "regions", "rest", "offset", "clearances")
+        names = ("indices", "weights", "nearest", "regions", "rest", "offset")
         arrays = {name: np.ascontiguousarray(getattr(self, name)[kept]) for name in names}
         effects = np.ascontiguousarray(self.rest_effects[:, kept])
         rigged = self.rigged and self.rigged.at_vertices(kept)
@@ -101,6 +99,5 @@ class Tables:
             basis=basis,
             pose_weights=pose_weights,
             shapes=shapes,
-            clearances=array_of(arrays, "clearances", "float32", (vertices,)),
             rigged=RiggedTables.of(part(arrays, "rigged"), vertices=vertices, poses=len(rotations)) if rigged else None,
         )

@@ -15,6 +15,7 @@ from hemline.sim.settings import SimSettings
 
 from .rest import Rest
 from .settling import Method, Settling
+from .walk import MAX_PINCHED_RATIO
 
 if TYPE_CHECKING:
     from hemline.bodies import ShapedBody
@@ -32,6 +33,7 @@ def settle(
     start: Rest | None = None,
     tolerance: float = 0.01,
     method: Method = "newton",
+    most_pinched: float = MAX_PINCHED_RATIO,
 ) -> Rest:
     r"""Settles a garment on a body: membrane, bending, gravity, contact and static friction in balance, without wind.
 
@@ -59,6 +61,7 @@ def settle(
             is then. `walked` moves the body, which wears the garment, from its rest pose into the pose by the protocol
             `walk.WALK`; it is for captured poses, in which cloth that is pressed together has no equilibrium, and
             `start` is the rest drape.
+        most_pinched: Maximum fraction of pinched vertices after a walk.
 
     Returns:
         The garment at rest. `pinched` marks vertices without a free place, where the pose folds the body into itself.
@@ -85,7 +88,7 @@ def settle(
         start = start or rest_state(garment, shaped, settings)
         _check_drape(start, shaped)
         walked = Settling(garment, shaped, pose, settings, start, tolerance, garment, refuse=False, max_crossing=1.0)
-        return walked.run_walk()
+        return walked.run_walk(most_pinched)
     return _settle(garment, shaped, pose, settings, start, tolerance, method)
 
 

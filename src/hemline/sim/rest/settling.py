@@ -124,14 +124,18 @@ class Settling:
             positions, friction_anchors = result.positions, result.friction_anchors
         return self._rest(posed, result, search.pinched, self.method)
 
-    def run_walk(self) -> Rest:
-        """Settles the garment by a walk: the body that wears it moves from the rest drape `start` into the pose."""
+    def run_walk(self, most_pinched: float) -> Rest:
+        """Settles the garment by a walk: the body that wears it moves from the rest drape `start` into the pose.
+
+        Args:
+            most_pinched: Maximum fraction of pinched vertices.
+        """
         assert self.start is not None
         posed = self.shaped.posed(self.pose)
         state = walk_into_pose(self.dressed, self._frame_end(posed), self.start.positions, self.pose)
         search = self._search(state.pinched, self.dressed.scene(posed))
         result = search.run(state.positions, None, tolerance=np.inf, newton_steps=0)
-        return accept(self._rest(posed, result, state.pinched, "walked"), state)
+        return accept(self._rest(posed, result, state.pinched, "walked"), state, most_pinched)
 
     def _origin(self) -> tuple["PosedBody", Positions, FrictionAnchors | None]:
         """Returns the body on which the cloth is known, its positions there, and its friction anchors."""

@@ -101,8 +101,13 @@ def _iron_crossings(dressed: DressedBody, state: ClothState) -> ClothState:
     return replace(state, positions=iron(dressed.sheet, state.positions, crossed, free))
 
 
-def accept(rest: Rest, state: ClothState) -> Rest:
+def accept(rest: Rest, state: ClothState, most_pinched: float = MAX_PINCHED_RATIO) -> Rest:
     """Checks a garment after a walk; returns it with the figure `speed_mm_s`.
+
+    Args:
+        rest: The garment.
+        state: The state of the cloth.
+        most_pinched: Maximum fraction of pinched vertices.
 
     Raises:
         SimulationFailed: It still moves, or too much of it is pinched or crosses itself.
@@ -111,7 +116,7 @@ def accept(rest: Rest, state: ClothState) -> Rest:
     pinched, crossing = float(rest.pinched.mean()), rest.figures["self_crossing_percent"]
     for what, value, limit in (
         ("mean speed [mm/s]", speed, MAX_SPEED_MM_S),
-        ("pinched share", pinched, MAX_PINCHED_RATIO),
+        ("pinched share", pinched, most_pinched),
         ("edges through the cloth [%]", crossing, MAX_CROSSING_PERCENT),
     ):
         if not value <= limit:

@@ -13,14 +13,14 @@ import numpy as np
 
 from hemline.bodies.lifted_arms import LIFT_DEG
 from hemline.datasets import Dataset, Row, Take, take_faults
-from hemline.errors import SimulationFailed
+from hemline.datasets.arm_lift import arm_lift_deg
+from hemline.errors import BadDataset, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
 from hemline.sim.rest.rest import Rest
 from hemline.sim.rest.sensitivities import Sensitivities
 from hemline.sim.rest.settle import settle
-from hemline.sim.rest.settling import Method
-from hemline.sim.rest.walk import WALK
+from hemline.sim.rest.walk import MAX_PINCHED_RATIO, WALK
 from hemline.sim.settings import SIMULATOR, SimSettings
 
 from .build_info import build_info
@@ -99,14 +99,32 @@ def produce_anchors(
 
 
 @dataclass(frozen=True)
+class Entry:
+    """What is allowed of a garment that is walked into a pose.
+
+    Attributes:
+        lift_deg: Angle by which hanging arms were lifted in the pose, see `lift_pose_arms` [deg].
+        most_pinched: Maximum fraction of vertices without a free place. Arms that hang leave less room.
+    """
+
+    lift_deg: float = LIFT_DEG
+    most_pinched: float = MAX_PINCHED_RATIO
+
+
+LIFTED = Entry()
+"""Entry into the poses that are fitted to."""
+
+
+@dataclass(frozen=True)
 class _Task:
-    """One anchor: pose, shape, method and derivatives."""
+    """One anchor: pose, shape, derivatives, and the way there."""
 
     pose: Pose
     shape: tuple[float, ...]
     turns: tuple[int, ...] = ()
     betas: tuple[int, ...] = ()
-    method: Method = "newton"
+    entry: Entry | None = None
+    """How the garment is walked into the pose; None to search for the equilibrium."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +149,7 @@ def produce_posed(
     shapes: Sequence[Sequence[float]] = ((),),
     *,
     turns: Sequence[int] = (),
+    entry: Entry = LIFTED,
     settings: SimSettings | None = None,
     jobs: int = 1,
     scheduler: str | None = None,
@@ -149,6 +168,7 @@ def produce_posed(
         candidates: For each anchor its pose, then the poses that may replace it.
         shapes: Betas of each body; missing ones are 0.
         turns: Joints whose derivatives are stored.
+        entry: Whether arms were lifted in these poses, and how much of the cloth may be pinched.
         settings: Settings of the simulator.
         jobs: Number of processes. The results do not depend on it.
         scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
@@ -167,9 +187,9 @@ def produce_posed(
     for betas in all_betas:
         setup.body.shaped(betas)
     with workers(jobs, scheduler) as makers:
-        dataset = start_dataset(folder, garment)
+        dataset = _open_for(folder, garment, entry)
         work = (
-            _pose_job(dataset, setup, poses, all_betas, tuple(turns), _progress_of(report, number))
+            _pose_job(dataset, setup, poses, all_betas, tuple(turns), entry, _progress_of(report, number))
             for number, poses in enumerate(candidates)
         )
         return run_jobs(work, makers)
@@ -210,7 +230,7 @@ def produce_scattered(
         return (poses[(number + later) % len(poses)] for later in range(attempts))
 
     with workers(jobs, scheduler) as makers:
-        dataset = start_dataset(folder, garment)
+        dataset = _open_for(folder, garment, LIFTED)
         work = (
             _pose_job(
                 dataset,
@@ -218,11 +238,28 @@ def produce_scattered(
                 tuple(candidates(number)),
                 [_shape_key(betas)],
                 tuple(turns),
+                LIFTED,
                 _progress_of(report, number),
             )
             for number, betas in enumerate(shapes)
         )
         return run_jobs(work, makers)
+
+
+def _open_for(folder: str | Path, garment: Garment, entry: Entry) -> Dataset:
+    """Opens a dataset in which garments are walked into poses, or makes it.
+
+    Raises:
+        BadDataset: It holds another garment's takes, or hanging arms are lifted by another angle in its poses.
+        BadOutput: It cannot be written.
+    """
+    dataset = start_dataset(folder, garment)
+    known = arm_lift_deg(dataset)
+    if known not in (None, entry.lift_deg):
+        got = f"{entry.lift_deg:g} degrees"
+        cure = "drape into a new folder, since a model is fitted to poses that are lifted alike"
+        raise BadDataset(f"hanging arms are lifted by {known:g} degrees in {dataset.folder}", got, cure)
+    return dataset
 
 
 def _shape_key(betas: Sequence[float]) -> tuple[float, ...]:
@@ -241,6 +278,7 @@ def _pose_job(
     poses: Sequence[Pose],
     shapes: Sequence[tuple[float, ...]],
     turns: tuple[int, ...],
+    entry: Entry,
     tell: Progress,
 ) -> Job[PosedTakes | None]:
     """Makes one anchor on all shapes, with the first candidate in which the garment comes to rest on all of them.
@@ -252,7 +290,7 @@ def _pose_job(
     for candidate, pose in enumerate(poses):
         names: list[str] = []
         for betas in shapes:
-            name = yield from _settle_task(dataset, setup, _Task(pose, betas, turns, method="walked"))
+            name = yield from _settle_task(dataset, setup, _Task(pose, betas, turns, entry=entry))
             if name is None:
                 break
             names.append(name)
@@ -264,7 +302,7 @@ def _pose_job(
     if not best:
         return None
     for betas in shapes[len(best) + 1 :]:
-        name = yield from _settle_task(dataset, setup, _Task(poses[chosen], betas, turns, method="walked"))
+        name = yield from _settle_task(dataset, setup, _Task(poses[chosen], betas, turns, entry=entry))
         best += [] if name is None else [name]
     return PosedTakes(poses[chosen], tuple(best), chosen)
 
@@ -284,10 +322,13 @@ def anchor_inputs(
     settings: SimSettings,
     turns: Sequence[int],
     betas: Sequence[int],
-    method: Method = "newton",
+    entry: Entry | None = None,
 ) -> dict[str, Any]:
     """Returns the inputs of an anchor, whose hash is its name."""
-    return {
+    walked = {} if entry is None else {"protocol": WALK.name, "lift_deg": entry.lift_deg}
+    if entry is not None and entry.most_pinched != MAX_PINCHED_RATIO:
+        walked["most_pinched"] = entry.most_pinched
+    return walked | {
         "kind": "anchor",
         "garment": garment.hash,
         "body": shaped.body.hash,
@@ -296,13 +337,13 @@ def anchor_inputs(
         "settings": asdict(settings),
         "simulator": SIMULATOR,
         "derivatives": {"turns": [int(joint) for joint in turns], "betas": [int(index) for index in betas]},
-    } | ({"protocol": WALK.name, "lift_deg": LIFT_DEG} if method == "walked" else {})
+    }
 
 
 def _anchor_job(dataset: Dataset, setup: Setup, task: _Task) -> Job[Take]:
     """Makes the anchor of a pose on a shape, unless the dataset holds it."""
     body = setup.body.shaped(task.shape)
-    inputs = anchor_inputs(setup.garment, body, task.pose, setup.settings, task.turns, task.betas, task.method)
+    inputs = anchor_inputs(setup.garment, body, task.pose, setup.settings, task.turns, task.betas, task.entry)
     take = dataset.find_by_inputs(inputs)
     if take is not None:
         return take
@@ -316,11 +357,12 @@ def _anchor(setup: Setup, task: _Task, tell: Progress) -> Take:
     """Settles an anchor; returns it, or the reason of the failure, as a take."""
     garment, body = setup.garment, shaped_body(setup, task.shape)
     try:
-        start = None
-        if task.method == "walked":
+        if task.entry is None:
+            rest = settle(garment, body, task.pose, setup.settings)
+        else:
             start = drape(setup, task.shape)
-            body = start.shaped
-        rest = settle(garment, body, task.pose, setup.settings, start=start, method=task.method)
+            body, pinched = start.shaped, task.entry.most_pinched
+            rest = settle(garment, body, task.pose, setup.settings, start=start, method="walked", most_pinched=pinched)
         derivatives = compute_derivatives(rest, task.turns, task.betas)
         return replace(rest.take(), kind="anchor", derivatives=derivatives, made_with=build_info())
     except SimulationFailed as reason:

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from hemline.bodies.lifted_arms import LIFT_DEG
 from hemline.datasets import Dataset
+from hemline.datasets.arm_lift import arm_lift_deg
 from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
 from hemline.datasets.take import Take
 from hemline.errors import BadInput
@@ -16,7 +18,7 @@ from hemline.motions.motion import Pose
 from hemline.motions.pose_clusters import cluster_poses
 from hemline.sim.settings import SimSettings
 
-from .anchors import MAX_STAND_INS, PosedTakes, produce_posed
+from .anchors import MAX_STAND_INS, Entry, PosedTakes, produce_posed
 from .jobs import Report
 
 
@@ -71,7 +73,8 @@ def produce_in_poses_of(
         raise BadInput(f"{other.folder} has {len(poses)} poses on the mean shape", count, cure)
     clusters = cluster_poses(np.array([pose.rotations for pose in poses], np.float64), weights, count, seed=seed)
     candidates = [[poses[index] for index in members[:MAX_STAND_INS]] for members in clusters.members]
-    return produce_posed(folder, garment, candidates, settings=settings, jobs=jobs, scheduler=scheduler, report=report)
+    entry, how = Entry(lift_deg=arm_lift_deg(other) or LIFT_DEG), {"settings": settings, "jobs": jobs}
+    return produce_posed(folder, garment, candidates, entry=entry, scheduler=scheduler, report=report, **how)
 
 
 def on_the_mean_shape(takes: Sequence[Take]) -> list[Pose]:

@@ -148,13 +148,10 @@ export function areaNormals(faces: usize, vertices: usize, faceCount: i32, count
 // Computes a close-fitting garment in a pose, as the dressing kernel of `animators/agentdress` does.
 // model: bones uint8, weights (count, 6), the largest first; regions (count, regionCount); digits (count, 3, columns)
 //     int8, columns a multiple of 16   in: mixed (regionCount, columns) [m]; rest, offset (count, 3) [m]; columns of the
-//     transforms (joints, 4, 4); quaternions (joints, 4); columnWeights (columns): scratch; clearances (count), -1: none; skin
-//     (count, 3) and normals (count, 3): the nearest point of the body, and its normal in the rest pose; deepest, aside:
-//     largest depth and sideways distance of vertices that are moved out [m]   out: vertices (count, 3) [m]
+//     transforms (joints, 4, 4); quaternions (joints, 4); columnWeights (columns): scratch   out: vertices (count, 3) [m]
 export function wear(
   bones: usize, weights: usize, regions: usize, regionCount: i32, digits: usize, columns: i32, mixed: usize,
-  rest: usize, offset: usize, transforms: usize, quaternions: usize, columnWeights: usize, clearances: usize, skin: usize,
-  normals: usize, deepest: f32, aside: f32, count: i32, vertices: usize,
+  rest: usize, offset: usize, transforms: usize, quaternions: usize, columnWeights: usize, count: i32, vertices: usize,
 ): void {
   for (let i = 0; i < count; i++) {
     memory.fill(columnWeights, 0, 4 * columns);
@@ -187,15 +184,6 @@ export function wear(
     const c = f32x4.extract_lane(q, 2), d = f32x4.extract_lane(q, 3);
     const u = turned(a, b, c, d, ux, uy, uz);
     at = f32x4.add(at, u);
-    const clearance = load<f32>(clearances);
-    if (clearance > -1) {
-      const up = turned(a, b, c, d, load<f32>(normals), load<f32>(normals, 4), load<f32>(normals, 8));
-      const away = f32x4.sub(at, f32x4(load<f32>(skin), load<f32>(skin, 4), load<f32>(skin, 8), 0));
-      const height = dot(away, up), lack = clearance - height;
-      if (lack > 0 && lack < deepest && dot(away, away) - height * height < aside * aside) {
-        at = f32x4.add(at, f32x4.mul(f32x4.splat(lack), up));
-      }
-    }
     store<f32>(vertices, f32x4.extract_lane(at, 0));
     store<f32>(vertices, f32x4.extract_lane(at, 1), 4);
     store<f32>(vertices, f32x4.extract_lane(at, 2), 8);
@@ -205,9 +193,6 @@ export function wear(
     digits += 3 * columns;
     rest += 12;
     offset += 12;
-    clearances += 4;
-    skin += 12;
-    normals += 12;
     vertices += 12;
   }
 }

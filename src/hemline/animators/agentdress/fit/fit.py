@@ -7,15 +7,14 @@ import numpy as np
 
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.distances import axes_between, axis_weights, region_distances
-from hemline.animators.agentdress.garment_kernels import NO_CLEARANCE
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.animators.agentdress.tables import Tables
 from hemline.animators.base import Progress
 from hemline.animators.terms import garment_terms
 from hemline.arrays import Float
-from hemline.bodies.body import ShapedBody
-from hemline.bodies.lifted_arms import FORMER_LIFT_DEG, LIFT_DEG
+from hemline.bodies.lifted_arms import LIFT_DEG
 from hemline.datasets import Dataset
+from hemline.datasets.arm_lift import arm_lift_deg
 from hemline.datasets.take import take_metadata
 from hemline.errors import BadDataset, BadInput
 from hemline.garments.garment import Garment
@@ -92,7 +91,7 @@ def fit(
             "the first of several datasets has the anchors, on bodies of many shapes", dataset.folder, cure
         )
     rows = rows_with_derivatives(dataset) if config.pose_model == "sor" else []
-    lift_deg = lift_of(dataset)
+    lift_deg = arm_lift_deg(dataset)
     anchors = AnchorSet.of(dataset, config)
     report("anchors", 1, 1)
     others = MaterialChanges.of(dataset.garment, anchors, materials) if materials else None
@@ -103,7 +102,11 @@ def fit(
     warn_of_poor_fit(dataset.garment.name, figures, config)
     limit = stretch_limit(dataset, anchors.rest.mean.reshape(-1, 3))
     return replace(
-        model, figures=figures, licences=_licences((dataset, *materials)), stretch_limit=limit, lift_deg=lift_deg
+        model,
+        figures=figures,
+        licences=_licences((dataset, *materials)),
+        stretch_limit=limit,
+        lift_deg=LIFT_DEG if lift_deg is None else lift_deg,
     )
 
 
@@ -112,21 +115,6 @@ def _licences(data: Sequence[Dataset]) -> tuple[str, ...]:
     garment = data[0].garment
     motions = {take_metadata(each.path(row.name))["motion"]["licence"] for each in data for row in each.anchors()}
     return as_stated((data[0].body.licence, *garment_terms(garment), *sorted(motions)))
-
-
-def lift_of(dataset: Dataset) -> float:
-    """Returns the angle by which hanging arms were lifted in the poses of a dataset [deg].
-
-    Raises:
-        BadDataset: It differs between its takes.
-    """
-    inputs = [take_metadata(dataset.path(row.name))["inputs"] for row in dataset.anchors()]
-    found = sorted({float(each.get("lift_deg", FORMER_LIFT_DEG)) for each in inputs if "protocol" in each})
-    if len(found) > 1:
-        got = " and ".join(f"{angle:g}" for angle in found) + " degrees"
-        cure = "drape into a new folder, all with the same version of hemline"
-        raise BadDataset(f"hanging arms were lifted by different angles in {dataset.folder}", got, cure)
-    return found[0] if found else LIFT_DEG
 
 
 def _check_body(dataset: Dataset) -> None:
@@ -189,7 +177,6 @@ def fit_anchors(
         basis=pack_basis(np.concatenate([pose.basis, shapes.basis]), deviations, extra=SECOND_COLUMNS),
         pose_weights=pose.fit.weights.astype(np.float32),
         shapes=shapes.samples.in_half_precision(),
-        clearances=_clearances(anchors, shaped, config.clearance),
     )
     errors_of_shapes = shape_figures(anchors, config)
     figures = (
@@ -262,18 +249,3 @@ def _mean_baseline_mm(offsets: np.ndarray) -> float:
 def _residual_mm(rows: np.ndarray, basis: np.ndarray) -> float:
     residual = rows - (rows @ basis.T) @ basis
     return 1e3 * float(np.linalg.norm(residual.reshape(len(rows), -1, 3), axis=2).mean())
-
-
-def _clearances(anchors: AnchorSet, shaped: ShapedBody, largest: float) -> Float[np.ndarray, " verts"]:
-    r"""Returns $d_0 = \min(h_0, \epsilon_p)$ of each vertex, where $h_0 \ge 0$ is its least height above the skin.
-
-    Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021,
-        Eq. 10. Differs: one value per vertex for all anchors, taken as a low percentile over the anchors in the rest
-        pose.
-    """
-    nearest = anchors.binding.nearest
-    if largest == 0:
-        return np.full(len(nearest), NO_CLEARANCE, np.float32)
-    garments = anchors.rest.mean.reshape(-1, 3) + anchors.offsets[:, 0]
-    height = np.einsum("avi,vi->av", garments - shaped.vertices[nearest], shaped.normals[nearest])
-    return np.clip(np.percentile(height, 10, axis=0), 0.0, largest).astype(np.float32)

@@ -6,7 +6,6 @@ import { at, multiply, normalised } from "hemline/quaternions.js";
 
 const LEAST_RELEVANCE = 1e-3, SQUARES = 0.5, LANES = 16, RAD = Math.PI / 180;
 const HANGING = 30 * RAD, RAISED = 75 * RAD, ARMS = [[16, 1], [17, -1]];
-const DEEPEST = 0.03, ASIDE = 0.03; // see animators/agentdress/model [m]
 
 export class AgentDress {
   constructor(arrays, metadata, kernels) {
@@ -17,10 +16,6 @@ export class AgentDress {
     this.weights = kernels.floatsOf(arrays.weights);
     this.regions = kernels.floatsOf(arrays.regions);
     this.offset = kernels.floatsOf(arrays.offset);
-    this.clearances = kernels.floatsOf(arrays.clearances);
-    this.hasClearances = arrays.clearances.some((clearance) => clearance > -1);
-    this.skin = kernels.floats(3 * this.count);
-    this.normals = kernels.floats(3 * this.count);
     this.rest = kernels.floats(3 * this.count);
     this.#unpack(arrays["basis.digits"]);
     this.mixed = kernels.floats(this.regionCount * this.columns);
@@ -41,7 +36,6 @@ export class AgentDress {
       if (feature !== 0) for (let i = 0; i < this.rest.length; i++) this.rest[i] += feature * restEffects[first + i];
     });
     this.effects = this.#effects(body.betas);
-    this.#nearestSkin(body.restNormals, this.normals);
     return { distances: null };
   }
 
@@ -85,18 +79,11 @@ export class AgentDress {
     this.#mix();
     intoColumns(body.transforms, transforms);
     for (let joint = 0; joint < 24; joint++) quaternions.set(quaternionOf(body.transforms, 12 * joint), 4 * joint);
-    if (this.hasClearances) this.#nearestSkin(body.vertices, this.skin);
     kernels.wear(
       bones.byteOffset, weights.byteOffset, regions.byteOffset, this.regionCount, digits.byteOffset, this.columns,
       mixed.byteOffset, rest.byteOffset, offset.byteOffset, transforms.byteOffset, quaternions.byteOffset,
-      columnWeights.byteOffset, this.clearances.byteOffset, this.skin.byteOffset, this.normals.byteOffset, DEEPEST, ASIDE,
-      this.count, vertices.byteOffset,
+      columnWeights.byteOffset, this.count, vertices.byteOffset,
     );
-  }
-
-  /** Copies values of the vertex of the body nearest to each vertex of the garment. */
-  #nearestSkin(values, out) {
-    this.tables.nearest.forEach((vertex, i) => out.set(values.subarray(3 * vertex, 3 * vertex + 3), 3 * i));
   }
 
   /** Unpacks differences along vertices (columns, 3, verts) to digits (verts, 3, columns), padded by zeros. */
