@@ -1,9 +1,9 @@
 """AgentDress against settled garments: `python -m papers.agentdress.errors ANCHORS TEST`.
 
 ANCHORS is a dataset made by `hemline drape GARMENT --anchors ...`; with `--derivatives`, the system of the paper and
-rigging are measured too. TEST is a folder for the test sets, made and continued here: the garment settled in poses of
-people who appear in no fit, on sixteen random bodies and on the mean one, as played and with arms lifted as in the
-anchors (`settled/pairs.py`). The model is fitted anew.
+rigging are measured too. TEST and TEST-played are folders for the test sets, made and continued here: the garment
+settled in poses of people who appear in no fit, on sixteen random bodies and on the mean one, with arms lifted as in
+the anchors and as played (`settled/pairs.py`). The model is fitted anew.
 
 Writes papers/agentdress/pages/errors-GARMENT.md with its pictures, and a row in
 benchmarks/results/agentdress_errors.jsonl.
@@ -227,9 +227,7 @@ def main() -> None:
     with suppress(BadDataset):  # no anchor has derivatives
         rigged = RiggedAnchors.search(dataset, rows_with_derivatives(dataset), model, anchors)
         system = PaperSystem.fit(dataset)
-    pairs = list(
-        settle_pairs(options.test / "lifted", garment, count=options.pairs, seed=options.seed, jobs=options.jobs)
-    )
+    pairs = list(settle_pairs(options.test, garment, count=options.pairs, seed=options.seed, jobs=options.jobs))
     rigging: dict[str, PoseModel] = {"rigging": rigged} if rigged else {}
     fewer = anchors.subset(np.arange(len(anchors.rotations)), np.empty(0, int))
     alone = fit_anchors(garment, fewer, AgentDressConfig(), progress=lambda *_: None)
@@ -265,7 +263,7 @@ def main() -> None:
             }
         ),
         "mean_body_mm": _summary(errors_on_mean_body(model, pairs, rigging | plain)),
-        "steadiness_mm": round(_steadiness_mm(options.test / "lifted", model, pairs, options.seed, options.jobs), 2),
+        "steadiness_mm": round(_steadiness_mm(options.test, model, pairs, options.seed, options.jobs), 2),
         "by_anchors_mm": {
             size: {name: round(value, 2) for name, value in errors.items()} for size, errors in by_size.items()
         },
@@ -298,7 +296,7 @@ def _played(
 ) -> Row:
     """Returns the errors as played on the mean body and on random ones, in the walk and in all clips [mm]."""
     how = {"count": options.played, "seed": options.seed, "jobs": options.jobs}
-    folder, by_name = options.test / "played", {}
+    folder, by_name = Path(f"{options.test}-played"), {}
     worn = {kind: list(settle_as_played(folder, garment, random=kind, **how)) for kind in (False, True)}
     for settled in worn.values():
         walking = [each.clip == WALKING for each in settled]

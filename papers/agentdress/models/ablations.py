@@ -101,7 +101,7 @@ def variants_of(
         **{f"{name} as pose model": with_offsets(model, each(pair.pose)) for name, each in models.items()},
         "pose model, no shape": without_shapes(model),
         "simulation of the mean shape, no shape": without_shapes(with_offsets(model, nominal)),
-        "the skin's own way": follow_skin(model, shaped),
+        "skinning, dressed on the body": follow_skin(model, shaped),
         "skinning": without_shapes(with_offsets(model, model.tables.offset)),
     }
     return {name: (variant, shaped) for name, variant in variants.items()}

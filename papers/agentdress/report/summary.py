@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from papers.agentdress import (
+    arm_lift,
     beyond,
     damping,
     errors,
@@ -20,6 +21,8 @@ from papers.report import ROOT, Page, Row, last_row, latest_rows, mean_of, read_
 PAGES = ROOT / "papers" / "agentdress" / "pages"
 GARMENT = "tshirt-light"
 GARMENTS = (GARMENT, "longsleeve-light", "trousers-light")
+PAPER = "the paper's system"
+"""Name of the paper's system among what is measured."""
 FIGURES_PAGE = "[figures](../../../docs/figures.md)"
 
 
@@ -63,6 +66,7 @@ def write_pages() -> None:
     for module in (beyond, limits, loose_shapes, sampling):
         module.write_page(last_row(module.NAME))
     shape_models.write_page(last_row(shape_models.NAME, random_betas=shape_models.PAPER_BETAS))
+    arm_lift.write_page(latest_rows(arm_lift.NAME, "garment"))
     damping.write_page(latest_rows(damping.NAME, "decay_seconds"))
     separability.write_page(latest_rows(separability.NAME, "start"))
     write_summary()
@@ -152,11 +156,17 @@ def _all_figures(of_errors: Row) -> Iterator[tuple[Row, str, list[Figure]]]:
 
 
 def _of_errors(row: Row) -> Iterator[Figure]:
+    if "played" in row:
+        yield from _of_played(row["played"]["errors_mm"])
     random = {name: values[0] for name, values in row["random_bodies_mm"].items()}
     yield Figure("random bodies in new poses (4.5)", random["AgentDress"], "mm", at_most=8)
     yield Figure(
         "with rigging as pose model", random["rigging as pose model"], "mm", "10.6", at_least=random["AgentDress"]
     )
+    if PAPER in random:
+        yield Figure("the paper's system, fitted to the same anchors", random[PAPER], "mm", "10.6")
+        dressed = 100 * (1 - random["AgentDress"] / random["skinning, dressed on the body"])
+        yield Figure("error below skinning that is dressed on the body", dressed, "%", at_least=60)
     order = ("simulation as pose model", "rigging as pose model", "pose model, no shape", "skinning")
     yield Figure(f"with {order[0]}", random[order[0]], "mm", "below rigging", at_most=random[order[1]])
     for before, name in pairwise(order[1:]):
@@ -169,6 +179,15 @@ def _of_errors(row: Row) -> Iterator[Figure]:
         yield Figure(f"fit to {size} anchors (Fig. 9)", error, "mm", "falls to 150", at_most=before)
     yield Figure("mean body", row["mean_body_mm"]["kernel regression"][0], "mm", at_most=5)
     yield Figure("change of the simulation, every joint rotated by a degree", row["steadiness_mm"], "mm")
+
+
+def _of_played(errors: dict[str, list[float]]) -> Iterator[Figure]:
+    """Figures of the errors as played, on the mean body in the walk and in all clips, then on random bodies."""
+    for name, goals in (("AgentDress, as shown", (3.0, None, None, 6.0)), (PAPER, (None,) * 4)):
+        whose = "" if name.startswith("AgentDress") else f", {name}"
+        where = ("mean body, walk with hanging arms", "mean body", "random bodies, the walk", "random bodies")
+        for place, value, goal in zip(where, errors.get(name, ()), goals, strict=False):
+            yield Figure(f"as played, {place}{whose}", value, "mm", at_most=goal)
 
 
 def _of_shape_models(row: Row) -> Iterator[Figure]:
