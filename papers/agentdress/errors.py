@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+import hemline
 from hemline import pictures
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
@@ -30,6 +31,7 @@ from hemline.datasets import Dataset, open_dataset
 from hemline.datasets.joint_sensitivity import joint_weights
 from hemline.errors import BadDataset
 from hemline.garments import Garment
+from papers.agentdress.models import in_motion
 from papers.agentdress.models.ablations import (
     Errors,
     PoseModel,
@@ -75,6 +77,7 @@ DRAWN = (
 )
 """Variants in the pictures, from left to right; the last but one is the ablation of the paper (section 4.6)."""
 COLUMNS = {"mean, mm": ".1f", "90th percentile, mm": ".1f", "worst, mm": ".1f"}
+OURS = "AgentDress"
 WALKING = "walk"
 """Clip with hanging arms."""
 PLAYED = {"mean body, walk": ".1f", "mean body": ".1f", "random bodies, walk": ".1f", "random bodies": ".1f"}
@@ -144,6 +147,12 @@ def _write_played(page: Page, played: Row, anchors: int) -> None:
         bodies; beside it stands our model with the drapes of these anchors alone.
     """)
     page.table({"what is compared": "", **PLAYED}, _sorted(played["errors_mm"]))
+    page.section("Against a simulation in motion").text(f"""
+        Distance [mm] from the garment simulated in motion, in frames of the {in_motion.CLIP} on the mean body.
+    """)
+    page.table(
+        {"what is compared": "", "mean, mm": ".1f"}, _sorted({k: [v] for k, v in played["in_motion_mm"].items()})
+    )
 
 
 def _sorted(errors: dict[str, list[float]]) -> list[list]:
@@ -212,6 +221,7 @@ def main() -> None:
         "anchors",
         "test",
         others=([], "drapes of other materials"),
+        beside=([], "models of the garment to play beside, by name or file"),
         pairs=(400, "number of poses with lifted arms, each with a random body"),
         played=(24, "number of poses of each clip as played, on the mean body and on random ones"),
         seed=0,
@@ -229,6 +239,7 @@ def main() -> None:
         system = PaperSystem.fit(dataset)
     pairs = list(settle_pairs(options.test, garment, count=options.pairs, seed=options.seed, jobs=options.jobs))
     rigging: dict[str, PoseModel] = {"rigging": rigged} if rigged else {}
+    beside = {Path(name).stem: hemline.load(name) for name in options.beside}
     fewer = anchors.subset(np.arange(len(anchors.rotations)), np.empty(0, int))
     alone = fit_anchors(garment, fewer, AgentDressConfig(), progress=lambda *_: None)
     plain = {
@@ -267,7 +278,7 @@ def main() -> None:
         "by_anchors_mm": {
             size: {name: round(value, 2) for name, value in errors.items()} for size, errors in by_size.items()
         },
-        "played": _played(options, garment, {"AgentDress": model, "AgentDress, anchors alone": alone}, system),
+        "played": _played(options, garment, {OURS: model, f"{OURS}, anchors alone": alone} | beside, system),
         "paper_left_out_mm": round(system.left_out_mm, 2) if system else None,
         "drawn": draw_pairs(PAGES / f"errors-{garment.name}-pairs.png", model, some, rigging),
     }
@@ -310,6 +321,12 @@ def _played(
         "clips": len({each.clip for each in everything}),
         "pinched_percent": 100 * float(np.mean([each.pinched for each in everything])) / len(garment.vertices),
         "errors_mm": by_name,
+        "in_motion_mm": {
+            name: round(float(np.mean(each)), 2)
+            for name, each in in_motion.distances_in_motion(
+                Path(f"{options.test}-in-motion"), models, system, jobs=options.jobs
+            ).items()
+        },
     }
 
 

@@ -128,7 +128,7 @@ def skin_from_pose(
     """
     first, second = (_square(each) for each in (earlier, transforms))
     relative = second @ np.linalg.inv(first)
-    blended = np.einsum("vb,bij->vij", weights, relative)
+    blended = np.tensordot(weights, relative, 1)
     return np.einsum("vij,vj->vi", blended[:, :3, :3], garment) + blended[:, :3, 3]
 
 

@@ -20,6 +20,7 @@ from hemline.bodies.body import Body, PosedBody, ShapedBody
 from hemline.datasets import Dataset, Row
 from hemline.datasets.joint_sensitivity import derivatives_by_joint, mean_sensitivity
 from hemline.motions.motion import JOINT_COUNT, JOINT_NAMES, Pose
+from hemline.motions.pose_clusters import without_heading
 from papers.agentdress import synthesis
 
 BETAS, COMPONENTS, RIDGE = 4, 5, 0.2
@@ -195,7 +196,8 @@ class PaperSystem:
     def weights(self, pose: Pose, regions: Float[np.ndarray, "verts regions"]) -> Float[np.ndarray, "verts anchors"]:
         """Returns the weight of each anchor at each vertex in a pose, with the regions of a body (Eq. 7 and 8)."""
         influence = synthesis.joint_influence(regions, self.sensitivity)
-        angles = synthesis.joint_angles(pose.rotations[None], self.rotations)
+        rotations = without_heading(pose.rotations[None].astype(np.float64))
+        angles = synthesis.joint_angles(rotations, self.rotations)
         scale = np.median(synthesis.pose_distances(influence, self._angles_between_anchors), axis=1)
         blend = synthesis.blend_weights(synthesis.pose_distances(influence, angles), scale)
         return synthesis.vertex_weights(regions, blend)
