@@ -1,6 +1,7 @@
 """A garment holds together, and comes back from disk as it was."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -147,6 +148,9 @@ def test_by_name_or_by_path(small, tmp_path):
     assert garments.names()[:4] == ("cape", "cape-light", "skirt", "skirt-light")
     with pytest.raises(BadGarment, match="unknown garment; got 'cap'; did you mean 'cape'"):
         garments.load("cap")
+    for file in ("shirt.obj", Path("folder/shirt.glb")):
+        with pytest.raises(BadGarment, match=r"takes the name of a garment .* 'hemline.garments.read'"):
+            garments.load(file)
 
 
 def test_explain_says_what_was_guessed(small):

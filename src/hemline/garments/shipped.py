@@ -53,8 +53,11 @@ def load(name: str = "cape", body: "ShapedBody | None" = None, *, dressed: bool 
         dressed: Whether it is moved onto the shape of `body`; otherwise it stays on the mean shape of `anny24`.
 
     Raises:
-        BadGarment: Unknown name, or a garment that cannot be made on that body.
+        BadGarment: Unknown name, a file, or a garment that cannot be made on that body.
     """
+    if not is_name(name):
+        cure = "read a file with 'hemline.garments.read'"
+        raise BadGarment("'hemline.garments.load' takes the name of a garment that hemline makes", f"'{name}'", cure)
     if body is not None and body.body.name != "anny24":
         return _make(name, body)
     return put_on(_on_mean_body(name), body, dressed=dressed)
