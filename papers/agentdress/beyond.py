@@ -98,7 +98,7 @@ def sensitivities(dataset: Dataset, anchors: AnchorSet) -> tuple[np.ndarray, np.
         take = dataset.take(row)
         if "turn.0.0" not in take.derivatives or not is_t_pose(take.motion[0]):
             continue
-        cloth, posed = derivatives_by_joint(take), body.shaped(take.betas).posed(take.motion[0])
+        cloth, posed = derivatives_by_joint(take, body), body.shaped(take.betas).posed(take.motion[0])
         skin = [
             [turning_velocity(posed, joint, axis)[anchors.binding.nearest] for axis in np.eye(3)]
             for joint in range(len(cloth))

@@ -143,7 +143,7 @@ def main() -> None:
     rotations, rest = rigged.rotations, rigged.shaped.rest_pose.translation
     takes = [dataset.take(row) for row in dataset.anchors() if not any(row.betas)]
     upright = [take for take in takes if "turn.0.0" in take.derivatives and is_t_pose(take.motion[0])]
-    weights = joint_weights(mean_sensitivity(upright))
+    weights = joint_weights(mean_sensitivity(upright, dataset.body))
     known = {take.motion[0].hash for take in takes if "turn.0.0" in take.derivatives}
     others = [take for take in takes if take.motion[0].hash not in known][:: options.every]
     print(f"{len(rotations)} examples, evaluated on {len(others)} poses", file=sys.stderr, flush=True)

@@ -6,8 +6,9 @@ import sys
 import numpy as np
 import pytest
 
+from hemline import bodies
 from hemline.datasets import create, read_take, write_take
-from hemline.datasets.joint_sensitivity import derivatives_by_joint, mean_sensitivity
+from hemline.datasets.joint_sensitivity import MOST_LEVERS, derivatives_by_joint, mean_sensitivity
 from hemline.errors import BadDataset, DamagedTake
 from hemline.files import read_tensors, write_tensors
 from tests.datasets.dataset_samples import make_garment, make_take
@@ -148,10 +149,25 @@ def test_an_anchor_that_lacks_derivatives_of_some_joints_is_refused():
     clip = make_take(make_garment(), frames=1)
     some = {f"turn.{joint}.{axis}": np.zeros((4, 3), np.float32) for joint in range(24) for axis in range(3)}
     anchor = replace(clip, kind="anchor", derivatives=some)
-    assert derivatives_by_joint(anchor).shape == (24, 3, 4, 3)
+    body = bodies.load("anny24")
+    assert derivatives_by_joint(anchor, body).shape == (24, 3, 4, 3)
     del some["turn.7.1"]
     with pytest.raises(BadDataset, match="lacks derivatives by joints; got no turn.7.1; make it again"):
-        mean_sensitivity([replace(anchor, derivatives=some)])
+        mean_sensitivity([replace(anchor, derivatives=some)], body)
+
+
+def test_derivatives_of_an_equilibrium_that_gives_way_are_bounded_by_the_lever():
+    from dataclasses import replace
+
+    body, clip = bodies.load("anny24"), make_take(make_garment(), frames=1)
+    joints = body.shaped(clip.betas).posed(clip.motion[0]).joints
+    levers = np.linalg.norm(clip.vertices[0] - joints[:, None], axis=2)
+    some = {f"turn.{joint}.{axis}": np.zeros((4, 3), np.float32) for joint in range(24) for axis in range(3)}
+    some["turn.16.0"][0, 1], some["turn.16.0"][1, 2] = 50.0, 1.4 * levers[16, 1]
+    found = derivatives_by_joint(replace(clip, kind="anchor", derivatives=some), body)
+    np.testing.assert_allclose(found[16, 0, 0], [0, MOST_LEVERS * levers[16, 0], 0], rtol=1e-6)
+    np.testing.assert_allclose(found[16, 0, 1], some["turn.16.0"][1], rtol=1e-6)
+    assert np.count_nonzero(found) == 2
 
 
 QUANTISED = """

@@ -86,13 +86,13 @@ class PaperSystem:
             np.array([pose.rotations for pose in poses], np.float64),
             tuple(_shape_model(dataset, rows) for rows in drapes.anchors),
             _shape_model(dataset, drapes.upright),
-            mean_sensitivity([dataset.take(row) for row in drapes.upright]),
+            mean_sensitivity([dataset.take(row) for row in drapes.upright], body),
             Rigging(np.zeros((0, JOINT_COUNT, 3, 4)), vertices, np.zeros((0, 0, 0))),
         )
         posed = [shaped.posed(pose) for pose in poses]
 
         def rigged(stiffness: float) -> Self:
-            derivatives = (derivatives_by_joint(take) for take in takes)
+            derivatives = (derivatives_by_joint(take, body) for take in takes)
             fitted = [
                 Rigging.fit([each], garment[None], [target], start, stiffness)
                 for each, garment, target, start in zip(posed, vertices, derivatives, own, strict=True)

@@ -36,7 +36,9 @@ def make_anchors(folder: Path, garment: Garment, clips: list[str], *, count: int
     upright = Pose(np.tile([1.0, 0.0, 0.0, 0.0], (JOINT_COUNT, 1)), rest)
     results = produce_scattered(folder, garment, [upright], SHAPES, turns=range(JOINT_COUNT), jobs=jobs)
     dataset = open_dataset(folder)
-    weights = joint_weights(mean_sensitivity([dataset.take(each.names[0]) for each in results if each is not None]))
+    weights = joint_weights(
+        mean_sensitivity([dataset.take(each.names[0]) for each in results if each is not None], dataset.body)
+    )
     poses = sample_poses([_clean_motion(name) for name in clips])
     members = cluster_poses(poses, weights, count, seed=seed).members
     candidates = [[Pose(poses[index], rest) for index in each[:MAX_STAND_INS]] for each in members]

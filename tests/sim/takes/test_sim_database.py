@@ -154,7 +154,7 @@ def test_bad_questions_are_refused(tmp_path, capsys):
     with pytest.raises(BadInput, match="number of random bodies must not be negative; got -1"):
         make_database(tmp_path / "none", shirt(), [walk], 1, random=-1)
     with pytest.raises(BadDataset, match="no anchor in the T-pose with derivatives"):
-        mean_sensitivity([])
+        mean_sensitivity([], bodies.load("anny24"))
     other = garments.make_cape(bodies.load("anny24").shaped(), rows=9, columns=12)
     create(tmp_path / "other", other)
     with pytest.raises(BadDataset, match="made for|holds|another"):

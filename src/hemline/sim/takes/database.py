@@ -147,7 +147,7 @@ def make_database(
     )
     dataset = open_dataset(folder)
     _check_t_poses(dataset, garment, t_poses)
-    sensitivity = mean_sensitivity([dataset.take(each.names[0]) for each in t_poses if each is not None])
+    sensitivity = mean_sensitivity([dataset.take(each.names[0]) for each in t_poses if each is not None], body)
     weights = joint_weights(sensitivity)
     tell("clusters", 0, 1)
     clusters = cluster_poses(poses, weights, count, seed=seed)

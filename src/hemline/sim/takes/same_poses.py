@@ -66,7 +66,7 @@ def produce_in_poses_of(
         what = f"{other.folder} has '{garment.name}' of that material"
         raise BadInput(what, garment.material.name, "name another material")
     takes = [other.take(row) for row in other.anchors()]
-    weights = joint_weights(mean_sensitivity(takes))
+    weights = joint_weights(mean_sensitivity(takes, other.body))
     poses = on_the_mean_shape(takes)
     if not 1 <= count <= len(poses):
         cure = f"ask for 1 to {len(poses)} of them (--poses)"

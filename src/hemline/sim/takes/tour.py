@@ -80,7 +80,7 @@ def make_tour(
     (t_pose,) = produce_scattered(folder, garment, [upright], [()], turns=every, settings=settings, jobs=1)
     if t_pose is None:
         raise SimulationFailed(f"'{garment.name}' does not come to rest in the T-pose")
-    weights = joint_weights(mean_sensitivity([open_dataset(folder).take(t_pose.names[0])]))
+    weights = joint_weights(mean_sensitivity([open_dataset(folder).take(t_pose.names[0])], body.body))
     poses = sample_poses(clips)
     chosen = [poses[each[0]] for each in cluster_poses(poses, weights, min(count, len(poses)), seed=seed).members]
     ordered = np.array(chosen)[order_poses(np.array(chosen), weights)]

@@ -229,7 +229,7 @@ def is_t_pose(pose: Pose) -> bool:
 def _sensitivity(upright: list[Take], body: Body, binding: Binding) -> tuple[np.ndarray, np.ndarray]:
     total, relative = [], []
     for take in upright:
-        cloth = derivatives_by_joint(take)
+        cloth = derivatives_by_joint(take, body)
         total.append(np.linalg.norm(cloth, axis=3))
         skin = _skin_derivatives(body.shaped(take.betas), take.motion[0], binding)
         relative.append(np.linalg.norm(cloth - skin, axis=3))

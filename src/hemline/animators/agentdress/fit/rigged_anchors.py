@@ -95,7 +95,7 @@ class RiggedAnchors:
         rigging = Rigging.fit(
             [shaped.posed(pose) for pose in poses],
             np.array(vertices, np.float64),
-            (derivatives_by_joint(dataset.take(row)) for row in rows),
+            (derivatives_by_joint(dataset.take(row), dataset.body) for row in rows),
             anchors.binding.dense_weights(),
             stiffness,
         )
