@@ -15,7 +15,7 @@ from hemline.motions.motion import Pose
 from hemline.motions.pose_clusters import cluster_poses, without_heading
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim import produce_posed, random_shapes
-from hemline.sim.takes.anchors import Entry
+from hemline.sim.takes.anchors import HANGING
 from hemline.sim.takes.database import SAMPLE_STRIDE, SAMPLED_FPS, sample_poses
 
 CLIPS = ("run", "walk", "jump", "kick", "dance")
@@ -23,10 +23,6 @@ CLIPS = ("run", "walk", "jump", "kick", "dance")
 
 SHAPES = 16
 """Number of random bodies, with as many poses each; the paper has 400 poses for each."""
-
-
-AS_PLAYED = Entry(lift_deg=0.0, most_pinched=0.25)
-"""Poses as a player shows them: arms hang, so more of the cloth is pinched in the armpits."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +138,7 @@ def settle_as_played(
             by_shape.setdefault(betas, []).append((name, Pose(rotations, place)))
     for betas, chosen in by_shape.items():
         poses = [[pose] for _, pose in chosen]
-        results = produce_posed(folder, garment, poses, [betas], entry=AS_PLAYED, jobs=jobs)
+        results = produce_posed(folder, garment, poses, [betas], entry=HANGING, jobs=jobs)
         dataset = open_dataset(folder)
         for (name, pose), result in zip(chosen, results, strict=True):
             if result is not None:

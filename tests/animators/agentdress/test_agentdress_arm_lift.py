@@ -9,7 +9,7 @@ import hemline
 from hemline.animators.agentdress.fit.fit import fit
 from hemline.bodies.lifted_arms import FORMER_LIFT_DEG, LIFT_DEG, lift_rotations
 from hemline.datasets import Dataset, create, open_dataset
-from hemline.datasets.arm_lift import arm_lift_deg
+from hemline.datasets.arm_lift import arm_lift_deg, arm_lifts_deg
 from hemline.errors import BadDataset, BadModel
 from hemline.files import read_tensors, write_tensors
 from hemline.motions.motion import JOINT_NAMES
@@ -57,6 +57,15 @@ def test_the_model_compares_poses_with_arms_lifted_by_its_own_angle(former):
         after, _ = replace(model, lift_deg=angle).step(model.start(posed), made.body().posed(hanging), 1 / 30)
         np.testing.assert_array_equal(after.axes, lifted)
         assert (lifted != model._axes(lift_rotations(hanging.rotations, angle + 1))).any()
+
+
+def test_poses_with_hanging_arms_beside_lifted_ones_leave_nothing_to_lift(former, tmp_path):
+    both = with_inputs(tmp_path, {"protocol": "walk 2", "lift_deg": LIFT_DEG})
+    assert fit(both).lift_deg == LIFT_DEG
+    hanging = both.take(both.rows()[-1])
+    both.add(replace(hanging, inputs=hanging.inputs | {"lift_deg": 0.0}))
+    assert arm_lifts_deg(both) == {0.0, LIFT_DEG}
+    assert fit(open_dataset(both.folder)).lift_deg == 0.0
 
 
 def test_drapes_of_two_angles_are_refused(former, tmp_path):

@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 
 from hemline import bodies, garments, motions
-from hemline.bodies.lifted_arms import lift_pose_arms
+from hemline.bodies.lifted_arms import LIFT_DEG, lift_pose_arms
 from hemline.cli.main import main
 from hemline.datasets import create, open_dataset
+from hemline.datasets.arm_lift import arm_lifts_deg
 from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
 from hemline.errors import BadDataset, BadInput
 from hemline.garments import coarser_garment
-from hemline.motions.motion import JOINT_NAMES
+from hemline.motions.motion import JOINT_NAMES, Motion
 from hemline.sim import make_database
 from hemline.sim.takes import database
-from hemline.sim.takes.database import sample_poses
+from hemline.sim.takes.database import hanging_poses, sample_poses
 
 
 @cache
@@ -40,7 +41,7 @@ def made(few_shapes, tmp_path_factory):
     clips = [motions.load("walk")[:60], motions.load("dance")[:90]]
     return (
         folder,
-        make_database(folder, shirt(), clips, 3, beside=2, random=2, progress=lambda *each: told.append(each)),
+        make_database(folder, shirt(), clips, 3, beside=2, hanging=1, random=3, progress=lambda *e: told.append(e)),
         told,
     )
 
@@ -58,15 +59,27 @@ def test_anchors_are_poses_of_the_clips_on_all_shapes(made):
         betas = {dataset.take(name).betas[0] for name in anchor.names}
         assert betas == {-2.0, -1.0, 0.0, 1.0, 2.0}
     assert [len(each.names) for each in found.beside if each] == [1, 1]
-    for each, beside in zip(found.random, found.beside, strict=True):
+    for each, pose in zip(found.random, [*found.beside, *found.hanging], strict=True):
         take = dataset.take(each.names[0])
-        assert take.motion[0].hash == beside.pose.hash and np.abs(take.betas[5:]).min() > 0
-    assert (
-        told[-1] == ("anchors", 15, 15)
-        and ("random bodies", 2, 2) in told
-        and ("poses", 2, 2) in told
-        and ("clusters", 1, 1) in told
-    )
+        assert take.motion[0].hash == pose.pose.hash and np.abs(take.betas[5:]).min() > 0
+    stages = [("clusters", 1, 1), ("anchors", 15, 15), ("poses", 2, 2), ("hanging arms", 1, 1), ("random bodies", 2, 2)]
+    assert [told.index(each) for each in stages] == sorted(told.index(each) for each in stages)
+    assert told[-1] == ("random bodies", 1, 1) and arm_lifts_deg(dataset) == {0.0, LIFT_DEG}
+    hanging = dataset.take(found.hanging[0].names[0]).motion.rotations[0]
+    low = sample_poses([motions.load("walk")[:60], motions.load("dance")[:90]], lift_deg=0.0)
+    assert np.abs(low - hanging).max(axis=(1, 2)).min() < 1e-6 < np.abs(poses - hanging).max(axis=(1, 2)).min()
+
+
+def test_poses_with_hanging_arms_are_those_that_a_lift_would_change():
+    walk = motions.load("walk")[:60]
+    low, lifted = hanging_poses([walk]), sample_poses([walk])
+    plain = sample_poses([walk], lift_deg=0.0)
+    assert 0 < len(low) <= len(plain)
+    chosen = [np.abs(plain - each).max(axis=(1, 2)).argmin() for each in low]
+    assert (np.abs(plain - lifted)[chosen].max(axis=(1, 2)) > 0.02).all()
+    raised = Motion(np.tile([1.0, 0, 0, 0], (5, 24, 1)), np.zeros((5, 3)), fps=30.0, leg_length=0.9)
+    with pytest.raises(BadInput, match="no arm hangs in any pose of the clips"):
+        hanging_poses([raised])
 
 
 @pytest.mark.slow
@@ -151,6 +164,8 @@ def test_bad_questions_are_refused(tmp_path, capsys):
         make_database(tmp_path / "none", shirt(), [walk], 0)
     with pytest.raises(BadInput, match="beside the anchors must not be negative; got -1"):
         make_database(tmp_path / "none", shirt(), [walk], 1, beside=-1)
+    with pytest.raises(BadInput, match="number of poses with hanging arms must not be negative; got -1"):
+        make_database(tmp_path / "none", shirt(), [walk], 1, hanging=-1)
     with pytest.raises(BadInput, match="number of random bodies must not be negative; got -1"):
         make_database(tmp_path / "none", shirt(), [walk], 1, random=-1)
     with pytest.raises(BadDataset, match="no anchor in the T-pose with derivatives"):

@@ -47,6 +47,9 @@ class DrapeOptions:
     With 0, the garment is settled in the rest pose."""
     poses: int = 0
     """Number of additional poses to settle on the mean body alone. They are cheap and improve the pose model."""
+    hanging: int = 0
+    """Number of additional poses with hanging arms to settle on the mean body alone, and on a third of --random.
+    In other poses arms are lifted off the torso, which leaves room for cloth, and a model has to lift them, too."""
     tour: int = 0
     """Number of poses that one moving body passes through, in each of which the garment is kept.
     They cost a third of --poses, and the verb fit needs no anchors then, but follows the skin on other bodies.
@@ -78,17 +81,19 @@ def run(options: DrapeOptions) -> int:
     from hemline.sim import axis_shapes, produce_rests, random_shapes
 
     body = bodies.load(options.body)
-    if options.tour and (options.anchors or options.poses or options.poses_of is not None):
+    if options.tour and (options.anchors or options.poses or options.hanging or options.poses_of is not None):
         raise BadInput("--tour stands alone", "other poses", "give them in a second run into the same folder")
     if bool(options.anchors) != bool(options.motion) and not options.tour:
         raise BadInput("--anchors and --motion belong together", "one of them", "give both, or neither")
     if options.poses and not options.anchors and options.poses_of is None:
         raise BadInput("--poses stand beside --anchors, or are those of --poses-of", "neither", "give one of the two")
+    if options.hanging and not options.anchors:
+        raise BadInput("--hanging poses stand beside --anchors", "no --anchors", "give both")
     if options.derivatives and not options.anchors:
         raise BadInput("--derivatives are those at the anchors", "no --anchors", "give both")
     if options.jobs < 1:
         raise BadInput("--jobs must be at least 1", options.jobs, "leave it out for 1")
-    for name in ("spread", "random", "seed", "anchors", "poses", "tour"):
+    for name in ("spread", "random", "seed", "anchors", "poses", "hanging", "tour"):
         if getattr(options, name) < 0:
             raise BadInput(f"--{name} must not be negative", getattr(options, name), "give 0 or more")
     if options.spread > len(body.shapedirs):
@@ -250,6 +255,7 @@ def _anchors(options: DrapeOptions) -> int:
             clips,
             options.anchors,
             beside=options.poses,
+            hanging=options.hanging,
             random=options.random,
             derivatives=options.derivatives,
             seed=options.seed,
@@ -261,14 +267,17 @@ def _anchors(options: DrapeOptions) -> int:
         {"cluster": number, "poses": len(members), "takes": list(anchor.names) if anchor else []}
         for number, (members, anchor) in enumerate(zip(database.clusters.members, database.anchors, strict=True))
     ]
-    found, beside, random = (
-        sum(each is not None for each in takes) for takes in (database.anchors, database.beside, database.random)
+    found, beside, hanging, random = (
+        sum(each is not None for each in takes)
+        for takes in (database.anchors, database.beside, database.hanging, database.random)
     )
     if options.json:
         print(json.dumps({"dataset": str(options.output), "anchors": rows}))
     else:
         poses = sum(row["poses"] for row in rows)
         print(f"{found} anchors on {len(database.shapes)} bodies, {beside} more on one, of {poses} poses")
+        if hanging:
+            print(f"{hanging} poses with hanging arms on one body")
         if random:
             print(f"{random} random bodies in these poses")
     if shortfall := database.shortfall():

@@ -13,7 +13,7 @@ import numpy as np
 
 from hemline.bodies.lifted_arms import LIFT_DEG
 from hemline.datasets import Dataset, Row, Take, take_faults
-from hemline.datasets.arm_lift import arm_lift_deg
+from hemline.datasets.arm_lift import arm_lifts_deg
 from hemline.errors import BadDataset, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import Motion, Pose
@@ -111,8 +111,8 @@ class Entry:
     most_pinched: float = MAX_PINCHED_RATIO
 
 
-LIFTED = Entry()
-"""Entry into the poses that are fitted to."""
+LIFTED, HANGING = Entry(), Entry(lift_deg=0.0, most_pinched=0.25)
+"""Entry into poses with arms lifted off the torso, and into poses as they are recorded, with pinched armpits."""
 
 
 @dataclass(frozen=True)
@@ -202,6 +202,7 @@ def produce_scattered(
     shapes: Sequence[Sequence[float]],
     *,
     turns: Sequence[int] = (),
+    entry: Entry = LIFTED,
     settings: SimSettings | None = None,
     jobs: int = 1,
     scheduler: str | None = None,
@@ -216,6 +217,7 @@ def produce_scattered(
             replace it.
         shapes: Betas of each body; missing ones are 0.
         turns: Joints whose derivatives are stored.
+        entry: Whether arms were lifted in these poses, and how much of the cloth may be pinched.
         settings: Settings of the simulator.
         jobs: Number of processes. The results do not depend on it.
         scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
@@ -230,7 +232,7 @@ def produce_scattered(
         return (poses[(number + later) % len(poses)] for later in range(attempts))
 
     with workers(jobs, scheduler) as makers:
-        dataset = _open_for(folder, garment, LIFTED)
+        dataset = _open_for(folder, garment, entry)
         work = (
             _pose_job(
                 dataset,
@@ -238,7 +240,7 @@ def produce_scattered(
                 tuple(candidates(number)),
                 [_shape_key(betas)],
                 tuple(turns),
-                LIFTED,
+                entry,
                 _progress_of(report, number),
             )
             for number, betas in enumerate(shapes)
@@ -254,10 +256,10 @@ def _open_for(folder: str | Path, garment: Garment, entry: Entry) -> Dataset:
         BadOutput: It cannot be written.
     """
     dataset = start_dataset(folder, garment)
-    known = arm_lift_deg(dataset)
-    if known not in (None, entry.lift_deg):
+    other = arm_lifts_deg(dataset) - {0.0, entry.lift_deg}
+    if other and entry.lift_deg:
+        known, cure = max(other), "drape into a new folder, since a model is fitted to poses that are lifted alike"
         got = f"{entry.lift_deg:g} degrees"
-        cure = "drape into a new folder, since a model is fitted to poses that are lifted alike"
         raise BadDataset(f"hanging arms are lifted by {known:g} degrees in {dataset.folder}", got, cure)
     return dataset
 

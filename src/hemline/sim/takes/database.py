@@ -7,16 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from hemline.arrays import Float
-from hemline.bodies.lifted_arms import lift_pose_arms
+from hemline.bodies.lifted_arms import LIFT_DEG, lift_pose_arms
 from hemline.datasets import Dataset, open_dataset
 from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_COUNT, Motion, Pose
 from hemline.motions.pose_clusters import PoseClusters, cluster_poses, without_heading
+from hemline.motions.quaternions import angle, inverse, multiply
 from hemline.sim.settings import SimSettings
 
-from .anchors import MAX_STAND_INS, PosedTakes, produce_posed, produce_scattered
+from .anchors import HANGING, LIFTED, MAX_STAND_INS, Entry, PosedTakes, produce_posed, produce_scattered
 from .jobs import Report
 from .rest_states import axis_shapes, random_shapes
 from .setup import Setup
@@ -31,6 +32,13 @@ SEED_OF_BODIES = 1_000_000
 """Added to the seed for random bodies, so that they differ from those that a test is likely to draw."""
 
 
+HANGING_LIFT_DEG = 3.0
+"""Arms hang in a pose if they would be lifted by more than this [deg]."""
+
+RANDOM_HANGING = 3
+"""One of so many random bodies is settled in a pose with hanging arms, if there are such poses."""
+
+
 @dataclass(frozen=True)
 class Database:
     """The contents of a database.
@@ -41,8 +49,9 @@ class Database:
         anchors: Takes of each cluster, on the bodies on which the garment came to rest; None if it came to rest in no
             pose of the cluster.
         beside: Takes of the poses on the mean shape alone, or None likewise.
-        random: Takes of the random bodies, each in a pose of `beside`, or of `anchors` if there is none, or None
-            likewise.
+        hanging: Takes of the poses with hanging arms on the mean shape alone, or None likewise.
+        random: Takes of the random bodies, each in a pose of `beside`, or of `anchors` if there is none, or of
+            `hanging`, or None likewise.
         shapes: Betas of the bodies of the anchors.
     """
 
@@ -50,6 +59,7 @@ class Database:
     weights: Float[np.ndarray, " joints"]
     anchors: list[PosedTakes | None]
     beside: list[PosedTakes | None]
+    hanging: list[PosedTakes | None]
     random: list[PosedTakes | None]
     shapes: list[tuple[float, ...]]
 
@@ -64,7 +74,11 @@ class Database:
             parts.append(f"{len(partial)} without some bodies ({sum(partial)} of {len(self.shapes) * len(partial)})")
         parts += [f"{empty} left out, as no pose of their cluster came to rest"] * bool(empty)
         parts = [f"of {len(self.anchors)} anchors " + ", ".join(parts)] * bool(parts)
-        for name, takes in (("poses on one body", self.beside), ("random bodies", self.random)):
+        for name, takes in (
+            ("poses on one body", self.beside),
+            ("poses with hanging arms", self.hanging),
+            ("random bodies", self.random),
+        ):
             missing = sum(each is None for each in takes)
             parts += [f"{missing} of {len(takes)} {name} left out"] * bool(missing)
         return "; ".join(parts) or None
@@ -77,6 +91,7 @@ def make_database(
     count: int,
     *,
     beside: int = 0,
+    hanging: int = 0,
     random: int = 0,
     derivatives: bool = False,
     seed: int = 0,
@@ -99,9 +114,12 @@ def make_database(
         beside: Number of additional poses, the centres of as many clusters of their own, in which the garment is
             settled on the mean shape alone. Effects of poses need more takes than effects of shapes, and each costs a
             seventeenth.
+        hanging: Number of additional poses with hanging arms, which are not lifted, in which the garment is settled on
+            the mean shape alone. Cloth is pinched in the armpits there. A model that is fitted to such poses need not
+            lift arms, nor hand a garment back by skinning.
         random: Number of bodies of random shapes, with all betas drawn, on each of which the garment is settled in one
-            of the poses beside the anchors, in turn, or of the anchors. The seventeen bodies vary the first four betas
-            alone, one at a time.
+            of the poses beside the anchors, in turn, or of the anchors; and on one body of three in a pose with hanging
+            arms, if there are any. The seventeen bodies vary the first four betas alone, one at a time.
         derivatives: Whether to settle the garment on the mean shape in each anchor's pose once more, with derivatives
             by every joint, for sensitivity-optimised rigging.
         seed: Seed of the clustering and of the random bodies.
@@ -121,7 +139,11 @@ def make_database(
         section 3.6. Differs: see `walk.WALK` and `lift_pose_arms` for the path of a garment into a pose.
     """
     tell = progress or (lambda stage, done, total: None)
-    for name, number in (("poses beside the anchors", beside), ("random bodies", random)):
+    for name, number in (
+        ("poses beside the anchors", beside),
+        ("poses with hanging arms", hanging),
+        ("random bodies", random),
+    ):
         if number < 0:
             raise BadInput(f"the number of {name} must not be negative", number, "leave it out for none")
     if count < 1:
@@ -152,40 +174,50 @@ def make_database(
     tell("clusters", 0, 1)
     clusters = cluster_poses(poses, weights, count, seed=seed)
     tell("clusters", 1, 1)
-    # first, since no fit does without them: a run that is stopped early has them
-    candidates = [[Pose(poses[index], rest) for index in members[:MAX_STAND_INS]] for members in clusters.members]
-    anchors = produce_posed(
-        folder,
-        garment,
-        candidates,
-        shapes,
-        settings=settings,
-        jobs=jobs,
-        scheduler=scheduler,
-        report=_counter(tell, "anchors", count * len(shapes)),
-    )
-    single = cluster_poses(poses, weights, beside, seed=seed + 1).members if beside else ()
-    beside_takes = produce_posed(
-        folder,
-        garment,
-        [[Pose(poses[index], rest) for index in members[:MAX_STAND_INS]] for members in single],
-        settings=settings,
-        jobs=jobs,
-        scheduler=scheduler,
-        report=_counter(tell, "poses", beside),
-    )
 
-    settled = [each.pose for each in (beside_takes if beside else anchors) if each is not None]
-    scattered = produce_scattered(
-        folder,
-        garment,
-        settled,
-        random_shapes(body, random, seed + SEED_OF_BODIES) if settled else [],
-        settings=settings,
-        jobs=jobs,
-        scheduler=scheduler,
-        report=_counter(tell, "random bodies", random),
-    )
+    def settle_in(
+        stage: str, members: Sequence[Sequence[int]], of: np.ndarray, on: list[tuple[float, ...]], entry: Entry = LIFTED
+    ) -> list[PosedTakes | None]:
+        """Settles the garment in the pose in the middle of each cluster, or in one of the next ones."""
+        return produce_posed(
+            folder,
+            garment,
+            [[Pose(of[index], rest) for index in each[:MAX_STAND_INS]] for each in members],
+            on,
+            entry=entry,
+            settings=settings,
+            jobs=jobs,
+            scheduler=scheduler,
+            report=_counter(tell, stage, len(members) * len(on)),
+        )
+
+    def scatter(
+        takes: Sequence[PosedTakes | None], bodies: list[tuple[float, ...]], entry: Entry
+    ) -> list[PosedTakes | None]:
+        """Settles the garment on each of some bodies, in the poses of some takes in turn."""
+        return produce_scattered(
+            folder,
+            garment,
+            [each.pose for each in takes if each is not None],
+            bodies if any(takes) else [],
+            entry=entry,
+            settings=settings,
+            jobs=jobs,
+            scheduler=scheduler,
+            report=_counter(tell, "random bodies", len(bodies)),
+        )
+
+    # first, since no fit does without them: a run that is stopped early has them
+    anchors = settle_in("anchors", clusters.members, poses, shapes)
+    single = cluster_poses(poses, weights, beside, seed=seed + 1).members if beside else ()
+    beside_takes = settle_in("poses", single, poses, [()])
+    low = hanging_poses(clips) if hanging else poses[:0]
+    low_members = cluster_poses(low, weights, hanging, seed=seed + 2).members if hanging else ()
+    hanging_takes = settle_in("hanging arms", low_members, low, [()], HANGING)
+    drawn = random_shapes(body, random, seed + SEED_OF_BODIES)
+    lifted = random - random // RANDOM_HANGING if any(hanging_takes) else random
+    scattered = scatter(beside_takes if beside else anchors, drawn[:lifted], LIFTED)
+    scattered += scatter(hanging_takes, drawn[lifted:], HANGING)
     if derivatives:
         produce_posed(
             folder,
@@ -197,7 +229,7 @@ def make_database(
             scheduler=scheduler,
             report=_counter(tell, "derivatives", count),
         )
-    return Database(clusters, weights, anchors, beside_takes, scattered, shapes)
+    return Database(clusters, weights, anchors, beside_takes, hanging_takes, scattered, shapes)
 
 
 def _check_t_poses(dataset: Dataset, garment: Garment, t_poses: Sequence[PosedTakes | None]) -> None:
@@ -211,11 +243,26 @@ def _check_t_poses(dataset: Dataset, garment: Garment, t_poses: Sequence[PosedTa
     )
 
 
-def sample_poses(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:
+def hanging_poses(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]:
+    """Returns those poses of clips in which an arm hangs, as `sample_poses` does but with arms where they are.
+
+    Raises:
+        BadInput: There is none.
+    """
+    poses, lifted = sample_poses(clips, lift_deg=0.0), sample_poses(clips)
+    turns = angle(multiply(inverse(poses), lifted)).max(axis=1)
+    chosen = poses[turns > np.deg2rad(HANGING_LIFT_DEG)]
+    if not len(chosen):
+        raise BadInput("no arm hangs in any pose of the clips", f"{len(poses)} poses", "leave out the hanging poses")
+    return chosen
+
+
+def sample_poses(clips: Sequence[Motion], *, lift_deg: float = LIFT_DEG) -> Float[np.ndarray, "poses joints 4"]:
     """Returns every fourth frame of clips in single precision, with arms lifted and without heading, for settling.
 
     Args:
         clips: The clips.
+        lift_deg: Angle by which hanging arms are lifted [deg].
 
     Returns:
         Local rotations of the joints as unit quaternions, wxyz (poses, joints, 4).
@@ -223,7 +270,7 @@ def sample_poses(clips: Sequence[Motion]) -> Float[np.ndarray, "poses joints 4"]
     poses = []
     for clip in clips:
         motion = clip.resample(SAMPLED_FPS)[::SAMPLE_STRIDE]
-        poses += [lift_pose_arms(motion[frame]).rotations for frame in range(len(motion))]
+        poses += [lift_pose_arms(motion[frame], lift_deg).rotations for frame in range(len(motion))]
     return without_heading(np.asarray(poses)).astype(np.float32).astype(np.float64)
 
 
