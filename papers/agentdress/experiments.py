@@ -98,7 +98,7 @@ def main() -> None:
     parser.add_argument("--motion", nargs="+", default=[], help="clips that the poses of the fit are taken from")
     parser.add_argument("--only", nargs="+", default=[], help="experiments by name, such as errors; default: all")
     parser.add_argument("--jobs", type=int, default=1, help="number of processes")
-    parser.add_argument("--random", type=int, default=250, help="number of random bodies of the fit")
+    parser.add_argument("--random", type=int, default=375, help="number of random bodies of the fit")
     parser.add_argument("--pairs", type=int, default=96, help="number of pairs of a pose and a body in the test set")
     parser.add_argument("--page", action="store_true", help="write all pages again from the recorded rows")
     options = parser.parse_args()
@@ -153,7 +153,8 @@ def make_data(folder: Path, clips: list[str], random: int, jobs: int) -> None:
 
     Status 1 of `drape` means that the garment came to rest in fewer poses than requested.
     """
-    drape = ["drape", GARMENT, "--anchors", "100", "--poses", "60", "--random", str(random), "--derivatives"]
+    poses = ["--anchors", "100", "--poses", "60", "--hanging", "150"]
+    drape = ["drape", GARMENT, *poses, "--random", str(random), "--derivatives"]
     simulate = ["simulate", GARMENT, "-m", *TRUTH, "-o", str(folder / "truth")]
     again = ["drape", GARMENT, "--poses-of", str(folder / "anchors"), "--poses", "48", "--jobs", str(jobs)]
     others = [[*again, "--material", name, "-o", str(folder / name)] for name in MATERIALS]

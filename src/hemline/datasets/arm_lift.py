@@ -1,6 +1,6 @@
 """The angle by which hanging arms were lifted in the poses that a garment was settled in."""
 
-from hemline.bodies.lifted_arms import FORMER_LIFT_DEG
+from hemline.bodies.lifted_arms import FORMER_LIFT_DEG, LIFT_DEG
 from hemline.errors import BadDataset
 
 from .dataset import Dataset
@@ -13,13 +13,11 @@ def arm_lifts_deg(dataset: Dataset) -> set[float]:
     return {float(each.get("lift_deg", FORMER_LIFT_DEG)) for each in inputs if "protocol" in each}
 
 
-def arm_lift_deg(dataset: Dataset) -> float | None:
+def arm_lift_deg(dataset: Dataset) -> float:
     """Returns the angle by which a model lifts hanging arms that is fitted to a dataset [deg].
 
-    It is 0 if the garment was also settled in poses with hanging arms as they were recorded.
-
-    Returns:
-        The angle; None if the dataset has no such poses.
+    It is 0 if the garment was also settled in poses with hanging arms as they were recorded, and today's angle if the
+    dataset does not tell.
 
     Raises:
         BadDataset: Some arms were lifted by one angle and some by another.
@@ -29,4 +27,4 @@ def arm_lift_deg(dataset: Dataset) -> float | None:
         got = " and ".join(f"{angle:g}" for angle in sorted(lifts - {0.0})) + " degrees"
         cure = "drape into a new folder, all with the same version of hemline"
         raise BadDataset(f"hanging arms were lifted by different angles in {dataset.folder}", got, cure)
-    return min(lifts, default=None)
+    return min(lifts, default=LIFT_DEG)

@@ -41,7 +41,7 @@ def test_drapes_that_name_no_angle_are_of_the_former_one_and_the_model_keeps_it(
     assert hemline.load(tmp_path / "shirt.safetensors").lift_deg == FORMER_LIFT_DEG
     named = with_inputs(tmp_path, {"protocol": "walk 2", "lift_deg": 7.5})
     assert arm_lift_deg(named) == 7.5
-    assert arm_lift_deg(create(tmp_path / "empty", made.shirt())) is None
+    assert arm_lift_deg(create(tmp_path / "empty", made.shirt())) == LIFT_DEG
 
 
 def test_the_model_compares_poses_with_arms_lifted_by_its_own_angle(former):

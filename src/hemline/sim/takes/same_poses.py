@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.bodies.lifted_arms import LIFT_DEG
 from hemline.datasets import Dataset
 from hemline.datasets.arm_lift import arm_lift_deg
 from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
@@ -18,7 +17,7 @@ from hemline.motions.motion import Pose
 from hemline.motions.pose_clusters import cluster_poses
 from hemline.sim.settings import SimSettings
 
-from .anchors import MAX_STAND_INS, Entry, PosedTakes, produce_posed
+from .anchors import HANGING, MAX_STAND_INS, Entry, PosedTakes, produce_posed
 from .jobs import Report
 
 
@@ -73,7 +72,8 @@ def produce_in_poses_of(
         raise BadInput(f"{other.folder} has {len(poses)} poses on the mean shape", count, cure)
     clusters = cluster_poses(np.array([pose.rotations for pose in poses], np.float64), weights, count, seed=seed)
     candidates = [[poses[index] for index in members[:MAX_STAND_INS]] for members in clusters.members]
-    entry, how = Entry(lift_deg=arm_lift_deg(other) or LIFT_DEG), {"settings": settings, "jobs": jobs}
+    lift_deg = arm_lift_deg(other)
+    entry, how = Entry(lift_deg=lift_deg) if lift_deg else HANGING, {"settings": settings, "jobs": jobs}
     return produce_posed(folder, garment, candidates, entry=entry, scheduler=scheduler, report=report, **how)
 
 

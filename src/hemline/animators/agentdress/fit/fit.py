@@ -12,7 +12,6 @@ from hemline.animators.agentdress.tables import Tables
 from hemline.animators.base import Progress
 from hemline.animators.terms import garment_terms
 from hemline.arrays import Float
-from hemline.bodies.lifted_arms import LIFT_DEG
 from hemline.datasets import Dataset
 from hemline.datasets.arm_lift import arm_lift_deg
 from hemline.datasets.take import take_metadata
@@ -106,7 +105,7 @@ def fit(
         figures=figures,
         licences=_licences((dataset, *materials)),
         stretch_limit=limit,
-        lift_deg=LIFT_DEG if lift_deg is None else lift_deg,
+        lift_deg=lift_deg,
     )
 
 
