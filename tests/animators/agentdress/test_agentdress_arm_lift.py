@@ -13,7 +13,7 @@ from hemline.datasets.arm_lift import arm_lift_deg, arm_lifts_deg
 from hemline.errors import BadDataset, BadModel
 from hemline.files import read_tensors, write_tensors
 from hemline.motions.motion import JOINT_NAMES
-from hemline.sim import produce_posed
+from hemline.sim import SIMULATOR, produce_posed
 from tests.animators import formula_garment as made
 
 ARMS = [JOINT_NAMES.index(name) for name in ("left_shoulder", "right_shoulder")]
@@ -24,7 +24,7 @@ def with_inputs(folder, inputs) -> Dataset:
     plain, result = made.make_dataset(folder / "plain", 6), create(folder / "walked", made.shirt())
     for row in plain.rows():
         take = plain.take(row)
-        result.add(replace(take, inputs=take.inputs | inputs))
+        result.add(replace(take, inputs=take.inputs | {"simulator": SIMULATOR} | inputs))
     return result
 
 
