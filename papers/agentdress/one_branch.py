@@ -72,17 +72,27 @@ def write_page(row: Row) -> str:
 
 
 def first_round(source: Dataset, folder: Path, most: int) -> Dataset:
-    """Copies the T-poses, and garments on the mean body and on random ones, at most some of each, into a dataset."""
-    drapes, counts = create(folder, source.garment), {True: 0, False: 0}
+    """Copies the T-poses, and garments on the mean body and on random ones, at most some of each, into a dataset.
+
+    Poses in which garments on random bodies are taken come first on the mean body.
+    """
+    drapes = create(folder, source.garment)
+    on_mean: list[Take] = []
+    on_random: list[Take] = []
     for row in source.anchors():
         take = source.take(row)
-        on_mean = not any(row.betas)
         if take.derivatives:
             if np.abs(take.motion.rotations[0, :, 0]).min() > 1 - 1e-6:
                 drapes.add(take)
-        elif (on_mean or any(row.betas[4:])) and counts[on_mean] < most:
-            counts[on_mean] += 1
-            drapes.add(take)
+        elif not any(row.betas):
+            on_mean.append(take)
+        elif any(row.betas[4:]):
+            on_random.append(take)
+    on_random = on_random[:most]
+    poses = {take.motion[0].hash for take in on_random}
+    on_mean.sort(key=lambda take: take.motion[0].hash not in poses)
+    for take in (*on_mean[:most], *on_random):
+        drapes.add(take)
     return drapes
 
 
