@@ -7,7 +7,9 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from hemline.animators.agentdress.config import AgentDressConfig
+from hemline.animators.agentdress.fit import shape_kernel
 from hemline.animators.agentdress.fit.fit import fit
+from hemline.animators.agentdress.fit.leave_one_out import leave_one_out_mm
 from hemline.animators.agentdress.fit.shape_kernel import (
     SHAPE_RIDGES,
     SHAPE_WIDTHS,
@@ -62,6 +64,25 @@ def conditional_covariance(one, other):
 
     zero = np.zeros_like(one[:1])
     return SHAPE_LENGTH_SCALE**2 * (prior(one, other) - prior(one, zero) @ prior(zero, other) / prior(zero, zero))
+
+
+def test_width_and_ridge_of_many_bodies_are_searched_with_some_and_all_are_fitted(problem, monkeypatch):
+    distances, changes = problem
+    some = changes.at_most(12)
+    assert changes.at_most(29) is changes and 0 < len(some.poses) < 20
+    for pose in np.unique(some.poses):  # whole groups, since a group is left out together
+        assert (some.poses == pose).sum() == (changes.poses == pose).sum()
+    monkeypatch.setattr(shape_kernel, "MOST_SEARCHED", 12)
+    basis, regions = np.eye(3), np.full((1, 2), 0.5)
+    best, _ = best_shape_kernel(distances, changes, basis, regions)
+    pairs = [(width, ridge) for width in SHAPE_WIDTHS for ridge in SHAPE_RIDGES]
+    errors = [
+        leave_one_out_mm(fit_shape_kernel(distances, some, width=w, ridge=r).leave_one_out, basis, regions)
+        for w, r in pairs
+    ]
+    assert (best.width, best.ridge) == pairs[int(np.argmin(errors))]
+    whole = fit_shape_kernel(distances, changes, width=best.width, ridge=best.ridge)
+    np.testing.assert_array_equal(best.weights, whole.weights)
 
 
 def test_it_is_the_dense_kernel_ridge_regression(problem):

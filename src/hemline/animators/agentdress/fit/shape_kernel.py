@@ -17,6 +17,11 @@ SHAPE_RIDGES = (0.3, 1.0, 3.0, 10.0)
 """Candidate ridge penalties [squared betas]."""
 
 
+MOST_SEARCHED = 900
+"""Most bodies with which width and ridge are searched; of more, those in an even selection of poses are taken. Time
+grows with the cube of their number."""
+
+
 @dataclass(frozen=True)
 class ShapeChanges:
     """Changes of the garment from the mean shape, the training data of the kernel.
@@ -32,6 +37,15 @@ class ShapeChanges:
     coordinates: Float[np.ndarray, "samples betas"]
     outputs: Float[np.ndarray, "samples outputs"]
     groups: Int[np.ndarray, " samples"]
+
+    def at_most(self, count: int) -> "ShapeChanges":
+        """Returns the bodies of an even selection of groups, about as many as asked for; all if there are no more."""
+        if len(self.poses) <= count:
+            return self
+        groups = np.unique(self.groups)
+        chosen = groups[:: -(-len(self.poses) // count)]
+        kept = np.isin(self.groups, chosen)
+        return ShapeChanges(self.poses[kept], self.coordinates[kept], self.outputs[kept], self.groups[kept])
 
 
 @dataclass(frozen=True)
@@ -57,7 +71,9 @@ def best_shape_kernel(
     basis: Float[np.ndarray, "outputs rows"],
     regions: Float[np.ndarray, "verts regions"],
 ) -> tuple[ShapeKernelFit, float]:
-    """Fits the kernel with the width and ridge of least leave-one-out error; returns the fit and this error [mm].
+    """Fits the kernel with the width and ridge of least leave-one-out error; returns the fit and its error [mm].
+
+    Width and ridge are searched with `MOST_SEARCHED` bodies at most.
 
     Args:
         distances: Squared distances between the poses, per region.
@@ -65,15 +81,18 @@ def best_shape_kernel(
         basis: Modes of the garment, one per row.
         regions: Weight of each region at each vertex.
     """
-    best: tuple[float, ShapeKernelFit] | None = None
-    for width in SHAPE_WIDTHS:
-        for ridge in SHAPE_RIDGES:
-            candidate = fit_shape_kernel(distances, changes, width=width, ridge=ridge)
-            error_mm = leave_one_out_mm(candidate.leave_one_out, basis, regions)
-            if best is None or error_mm < best[0]:
-                best = error_mm, candidate
-    assert best is not None
-    return best[1], best[0]
+    some = changes.at_most(MOST_SEARCHED)
+
+    def attempt(width: float, ridge: float) -> tuple[float, ShapeKernelFit]:
+        candidate = fit_shape_kernel(distances, some, width=width, ridge=ridge)
+        return leave_one_out_mm(candidate.leave_one_out, basis, regions), candidate
+
+    attempts = (attempt(width, ridge) for width in SHAPE_WIDTHS for ridge in SHAPE_RIDGES)
+    error_mm, best = min(attempts, key=lambda each: each[0])
+    if some is not changes:
+        best = fit_shape_kernel(distances, changes, width=best.width, ridge=best.ridge)
+        error_mm = leave_one_out_mm(best.leave_one_out, basis, regions)
+    return best, error_mm
 
 
 def fit_shape_kernel(
