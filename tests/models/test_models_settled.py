@@ -30,6 +30,9 @@ def settled_garments(name: str) -> list[Worn]:
     ]
 
 
+pytestmark = pytest.mark.filterwarnings("ignore:the model of:hemline.errors.HemlineWarning")
+
+
 @pytest.fixture(scope="module", params=sorted(path.stem for path in SETTLED.glob("*.safetensors")))
 def errors(request) -> dict[str, np.ndarray]:
     """Returns the errors on the settled garments as shown, of the model alone, and of dressed skinning [mm]."""
