@@ -20,8 +20,9 @@ from hemline.bodies.lifted_arms import HANGING_DEG, LIFT_DEG, lift_rotations
 from hemline.errors import SimulationFailed
 from hemline.motions.motion import JOINT_NAMES, Motion, Pose
 from hemline.motions.pose_clusters import without_heading
-from hemline.sim import random_shapes, rest_drape, settle
+from hemline.sim import random_shapes, settle
 from hemline.sim.rest.rest import Rest
+from hemline.sim.rest.settle import rest_state
 from papers.agentdress.settled.pairs import CLIPS, mean_distance_mm
 from papers.report import ROOT, Page, Row, latest_rows, origin_of, parse_options, record
 
@@ -84,7 +85,7 @@ def measure(garment_name: str, rotations: np.ndarray, betas: tuple[float, ...]) 
     """
     garment = garments.load(garment_name)
     shaped = bodies.load(garment.body_name).shaped(betas)
-    start = rest_drape(garment, shaped)
+    start = rest_state(garment, shaped)
     rest = start.vertices.astype(np.float64)
     binding = Binding.of(start.vertices, garment.faces, shaped.posed(shaped.rest_pose))
 

@@ -82,4 +82,4 @@ class AnimatorAgentDressLevel(LevelOf):
         return self.full.reshape(state, shaped)
 
     def _at_vertices(self, state: AgentDressState) -> AgentDressState:
-        return replace(state, rest=state.rest[self.vertex_ids], normals=state.normals[self.vertex_ids])
+        return replace(state, rest=state.rest[self.vertex_ids])
