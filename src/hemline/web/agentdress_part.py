@@ -33,7 +33,7 @@ def agentdress_part(model: AnimatorAgentDress, body: ShapedBody) -> PagePart:
     edges, lengths = rest_lengths(model.garment.faces, model.garment.rest_edges)
     free, count = np.ones(len(model.garment.vertices), np.float32), len(model.tables.rest)
     free[model.garment.pins.vertices[np.isinf(model.garment.pins.stiffness)]] = 0
-    arrays = {name: array for name, array in model.tables.arrays().items() if name != "nearest"} | {
+    arrays = model.tables.arrays() | {
         "basis.digits": differences(model.tables.basis.digits),
         "indices": model.tables.indices.astype(np.uint8),
         "faces": short_numbers(model.garment.faces, count),
