@@ -1,4 +1,4 @@
-"""How far hanging arms should be lifted where a garment is settled: `python -m papers.agentdress.arm_lift GARMENT`.
+"""Measures what lifting hanging arms costs and gains: `python -m papers.agentdress.arm_lift GARMENT`.
 
 The armpit of a hanging arm leaves no room for cloth, which makes settled garments there a matter of chance. So poses
 are settled with arms lifted, and skinning hands the garment back. The more the arms are lifted, the less of the cloth
@@ -49,7 +49,7 @@ def write_page(rows: Sequence[Row]) -> str:
     """)
     for row in rows:
         page.section(row["garment"])
-        page.text(origin_of(row, f"python -m papers.agentdress.arm_lift {row['garment']}"))
+        page.text(origin_of(row, _command(row)))
         page.text(f"""
             {row["poses"]} poses of {", ".join(CLIPS)} with hanging arms on {row["bodies"]} bodies, the first of which
             is the mean one. With arms where they are, {row["hanging_pinched_percent"]:.1f} % of the vertices are
@@ -58,6 +58,11 @@ def write_page(rows: Sequence[Row]) -> str:
         columns = {"lift, degrees": "g", "pinched, %": ".2f", "pinched at most, %": ".1f", "distance, mm": ".2f"}
         page.table(columns, row["lifts"])
     return page.write(PAGES / "arm_lift.md")
+
+
+def _command(row: Row) -> str:
+    options = f"--poses {row['poses']} --bodies {row['bodies']}"
+    return f"python -m papers.agentdress.arm_lift {row['garment']} {options}"
 
 
 def hanging_poses(count: int, seed: int) -> list[np.ndarray]:

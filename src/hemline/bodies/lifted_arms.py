@@ -13,7 +13,7 @@ LIFT_DEG = 12.0
 """Angle by which a hanging arm is lifted where a garment is settled [deg]."""
 
 FORMER_LIFT_DEG = 20.0
-"""The same in drapes and models that do not name it, which are older [deg]."""
+"""Angle by which a hanging arm was lifted in drapes and models whose file does not name the angle [deg]."""
 
 HANGING_DEG, RAISED_DEG = 30.0, 75.0
 """Angles between the upper arm and the downward axis of its collar joint [deg]: below the first an arm is lifted fully,
