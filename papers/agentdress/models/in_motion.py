@@ -12,7 +12,7 @@ from hemline.bodies.body import ShapedBody
 from hemline.datasets import open_dataset
 from hemline.motions.motion import Motion
 from hemline.sim import SimSettings, produce_posed, simulate
-from hemline.sim.takes.anchors import HANGING
+from hemline.sim.takes.anchor_jobs import HANGING
 from papers.agentdress.settled.pairs import mean_distance_mm
 
 from .ablations import Errors
@@ -43,7 +43,7 @@ def distances_in_motion(
     frames = range(EVERY, len(motion), EVERY)
     truth = take.vertices[take.clip_frames]
     poses = [[motion[frame]] for frame in frames]
-    results = produce_posed(folder, first.garment, poses, entry=HANGING, jobs=jobs)
+    results = produce_posed(folder, first.garment, poses, rules=HANGING, jobs=jobs)
     dataset = open_dataset(folder)
     errors: dict[str, list[float]] = {SETTLED: []}
     for frame, result in zip(frames, results, strict=True):

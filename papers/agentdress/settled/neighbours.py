@@ -12,7 +12,7 @@ from hemline.errors import SimulationFailed
 from hemline.motions.motion import JOINT_COUNT, Pose
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim import Rest, SimSettings, settle
-from hemline.sim.takes.anchors import anchor_inputs
+from hemline.sim.takes.anchor_jobs import anchor_inputs
 from papers.agentdress.settled.pairs import settle_in_poses
 
 BETAS = 4

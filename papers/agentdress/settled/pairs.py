@@ -15,7 +15,7 @@ from hemline.motions.motion import Pose
 from hemline.motions.pose_clusters import cluster_poses, without_heading
 from hemline.motions.quaternions import from_axis_angle, multiply
 from hemline.sim import produce_posed, random_shapes
-from hemline.sim.takes.anchors import HANGING
+from hemline.sim.takes.anchor_jobs import HANGING
 from hemline.sim.takes.database import SAMPLE_STRIDE, SAMPLED_FPS, sample_poses
 
 CLIPS = ("run", "walk", "jump", "kick", "dance")
@@ -138,7 +138,7 @@ def settle_as_played(
             by_shape.setdefault(betas, []).append((name, Pose(rotations, place)))
     for betas, chosen in by_shape.items():
         poses = [[pose] for _, pose in chosen]
-        results = produce_posed(folder, garment, poses, [betas], entry=HANGING, jobs=jobs)
+        results = produce_posed(folder, garment, poses, [betas], rules=HANGING, jobs=jobs)
         dataset = open_dataset(folder)
         for (name, pose), result in zip(chosen, results, strict=True):
             if result is not None:
@@ -156,7 +156,7 @@ def settle_pairs(folder: Path, garment: Garment, *, count: int, seed: int, jobs:
         results = produce_posed(folder, garment, [[pose] for pose in poses], [(), betas], jobs=jobs)
         dataset = open_dataset(folder)
         for pose, result in zip(poses, results, strict=True):
-            if result is None:
+            if result is None or len(result.names) < 2:
                 failures += 1
                 continue
             mean, worn = (dataset.take(name).vertices[0] for name in result.names)

@@ -17,7 +17,7 @@ from hemline.sim import SimSettings, produce_posed, settle
 from hemline.sim.rest.settle import rest_state
 from hemline.sim.rest.walk import WALK, accept
 from hemline.sim.step.state import ClothState
-from hemline.sim.takes.anchors import Entry
+from hemline.sim.takes.anchor_jobs import WalkRules
 
 SHOULDERS = JOINT_NAMES.index("left_shoulder"), JOINT_NAMES.index("right_shoulder")
 
@@ -110,7 +110,7 @@ def test_a_walk_begins_with_the_rest_drape_of_the_shape():
         settle(shirt()[0], other, arms_down(-0.5), start=drape(), method="walked")
 
 
-STRICT = Entry(most_pinched=0.01)
+STRICT = WalkRules(most_pinched=0.01)
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +118,7 @@ def made(tmp_path_factory):
     """Two anchors on two shapes; the first candidate of the second one presses the arms into the torso."""
     folder = tmp_path_factory.mktemp("posed") / "data"
     candidates = [[arms_down(-0.5)], [arms_down(0.75), arms_down(-0.3)]]
-    return folder, candidates, produce_posed(folder, shirt()[0], candidates, [(), (1.0,)], entry=STRICT)
+    return folder, candidates, produce_posed(folder, shirt()[0], candidates, [(), (1.0,)], rules=STRICT)
 
 
 def test_a_pose_without_rest_gives_way_to_the_next_and_says_why(made):
@@ -141,12 +141,12 @@ def test_what_is_there_is_not_walked_again_and_processes_change_no_bit(made, tmp
     stamps = {path: path.stat().st_mtime_ns for path in (folder / "takes").iterdir()}
     told = []
     again = produce_posed(
-        folder, shirt()[0], candidates, [(), (1.0,)], entry=STRICT, report=lambda *each: told.append(each)
+        folder, shirt()[0], candidates, [(), (1.0,)], rules=STRICT, report=lambda *each: told.append(each)
     )
     assert [each.names for each in again] == [each.names for each in found]
     assert {path: path.stat().st_mtime_ns for path in (folder / "takes").iterdir()} == stamps
     assert told == [("0", 1, 2), ("0", 2, 2), ("1", 1, 2), ("1", 2, 2)]
-    shared = produce_posed(tmp_path / "shared", shirt()[0], candidates[:1] * 2, jobs=2)
+    shared = produce_posed(tmp_path / "shared", shirt()[0], candidates[:1] * 2, rules=STRICT, jobs=2)
     assert shared[0].names == shared[1].names == found[0].names[:1]
     name = found[0].names[0]
     for each in (folder, tmp_path / "shared"):

@@ -13,7 +13,7 @@ from hemline.errors import BadDataset, BadInput, HemlineWarning
 from hemline.files import read_tensors, write_tensors
 from hemline.motions.motion import Motion
 from hemline.sim.takes import simulate
-from hemline.sim.takes.anchors import _anchor_job, _Task, anchor_inputs
+from hemline.sim.takes.anchor_jobs import AnchorTask, anchor_inputs, anchor_job
 from hemline.sim.takes.end_state import check_end_of_take
 from hemline.sim.takes.jobs import Call
 from hemline.sim.takes.produce import Plan, clip_job, part_inputs
@@ -183,11 +183,11 @@ def test_a_take_of_another_clip_that_may_be_whole_ends_it_before_anything_is_sim
 def test_rests_and_anchors_that_are_damaged_are_put_aside_and_settled_again(made, tmp_path):
     ours, rest = setup(), open_dataset(made[0]).rest()
     dataset, body = create(tmp_path / "data", ours.garment), ours.body.shaped()
-    task = _Task(body.rest_pose, (0.0,) * 16)
+    task = AnchorTask(body.rest_pose, (0.0,) * 16)
     inputs = anchor_inputs(ours.garment, body, task.pose, ours.settings, (), ())
     for take, job in (
         (rest, lambda: rest_job(dataset, ours, ())),
-        (replace(rest, kind="anchor", inputs=inputs), lambda: _anchor_job(dataset, ours, task)),
+        (replace(rest, kind="anchor", inputs=inputs), lambda: anchor_job(dataset, ours, task)),
     ):
         path = dataset.add(take)
         with pytest.raises(StopIteration) as found:

@@ -5,33 +5,21 @@ is the hash of its inputs, so that a repeated command makes only what is missing
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from hemline.bodies.lifted_arms import LIFT_DEG
-from hemline.datasets import Dataset, Row, Take, take_faults
+from hemline.datasets import Dataset, Row, take_faults
 from hemline.datasets.arm_lift import arm_lifts_deg
-from hemline.errors import BadDataset, SimulationFailed
+from hemline.errors import BadDataset
 from hemline.garments.garment import Garment
-from hemline.motions.motion import Motion, Pose
-from hemline.sim.rest.rest import Rest
-from hemline.sim.rest.sensitivities import Sensitivities
-from hemline.sim.rest.settle import settle
-from hemline.sim.rest.walk import MAX_PINCHED_RATIO, WALK
-from hemline.sim.settings import SIMULATOR, SimSettings
+from hemline.motions.motion import Pose
+from hemline.sim.settings import SimSettings
 
-from .build_info import build_info
-from .jobs import Call, Job, Progress, Report, run_jobs
-from .setup import Setup, drape, shaped_body
+from .anchor_jobs import LIFTED, AnchorTask, WalkRules, anchor_job, shape_key
+from .jobs import Job, Progress, Report, run_jobs
+from .setup import Setup
 from .start_dataset import start_dataset
 from .workers import workers
-
-if TYPE_CHECKING:
-    from hemline.bodies import ShapedBody
-
 
 MAX_STAND_INS = 5
 """Number of poses that are tried before an anchor is abandoned."""
@@ -82,12 +70,12 @@ def produce_anchors(
         BadCluster: No scheduler answers, it went away, or its workers cannot make the calls; finished takes are kept.
     """
     setup, tell = Setup.of(garment, settings), report or (lambda name, done, total: None)
-    tasks = [_Task(each.pose, _shape_key(each.betas), tuple(turns), tuple(betas)) for each in anchors]
+    tasks = [AnchorTask(each.pose, shape_key(each.betas), tuple(turns), tuple(betas)) for each in anchors]
     for task in tasks:
         setup.body.shaped(task.shape)
 
-    def anchor(dataset: Dataset, number: int, task: _Task) -> Job[str]:
-        take = yield from _anchor_job(dataset, setup, task)
+    def anchor(dataset: Dataset, number: int, task: AnchorTask) -> Job[str]:
+        take = yield from anchor_job(dataset, setup, task)
         tell(str(number), 1, 1)
         return take.name
 
@@ -96,35 +84,6 @@ def produce_anchors(
         names = run_jobs((anchor(dataset, number, task) for number, task in enumerate(tasks)), makers)
     rows = {row.name: row for row in dataset.rows()}
     return [rows[name] for name in names]
-
-
-@dataclass(frozen=True)
-class Entry:
-    """What is allowed of a garment that is walked into a pose.
-
-    Attributes:
-        lift_deg: Angle by which hanging arms were lifted in the pose, see `lift_pose_arms` [deg].
-        most_pinched: Maximum fraction of vertices without a free place. Arms that hang leave less room.
-    """
-
-    lift_deg: float = LIFT_DEG
-    most_pinched: float = MAX_PINCHED_RATIO
-
-
-LIFTED, HANGING = Entry(), Entry(lift_deg=0.0, most_pinched=0.25)
-"""Entry into poses with arms lifted off the torso, and into poses as they are recorded, with pinched armpits."""
-
-
-@dataclass(frozen=True)
-class _Task:
-    """One anchor: pose, shape, derivatives, and the way there."""
-
-    pose: Pose
-    shape: tuple[float, ...]
-    turns: tuple[int, ...] = ()
-    betas: tuple[int, ...] = ()
-    entry: Entry | None = None
-    """How the garment is walked into the pose; None to search for the equilibrium."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +108,7 @@ def produce_posed(
     shapes: Sequence[Sequence[float]] = ((),),
     *,
     turns: Sequence[int] = (),
-    entry: Entry = LIFTED,
+    rules: WalkRules = LIFTED,
     settings: SimSettings | None = None,
     jobs: int = 1,
     scheduler: str | None = None,
@@ -168,7 +127,7 @@ def produce_posed(
         candidates: For each anchor its pose, then the poses that may replace it.
         shapes: Betas of each body; missing ones are 0.
         turns: Joints whose derivatives are stored.
-        entry: Whether arms were lifted in these poses, and how much of the cloth may be pinched.
+        rules: Whether arms were lifted in these poses, and how much of the cloth may be pinched.
         settings: Settings of the simulator.
         jobs: Number of processes. The results do not depend on it.
         scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
@@ -183,13 +142,13 @@ def produce_posed(
         BadOutput: The folder cannot be written.
         BadCluster: No scheduler answers, it went away, or its workers cannot make the calls; finished takes are kept.
     """
-    setup, all_betas = Setup.of(garment, settings), [_shape_key(each) for each in shapes]
+    setup, all_betas = Setup.of(garment, settings), [shape_key(each) for each in shapes]
     for betas in all_betas:
         setup.body.shaped(betas)
     with workers(jobs, scheduler) as makers:
-        dataset = _open_for(folder, garment, entry)
+        dataset = _open_for(folder, garment, rules)
         work = (
-            _pose_job(dataset, setup, poses, all_betas, tuple(turns), entry, _progress_of(report, number))
+            _pose_job(dataset, setup, poses, all_betas, tuple(turns), rules, _progress_of(report, number))
             for number, poses in enumerate(candidates)
         )
         return run_jobs(work, makers)
@@ -202,7 +161,7 @@ def produce_scattered(
     shapes: Sequence[Sequence[float]],
     *,
     turns: Sequence[int] = (),
-    entry: Entry = LIFTED,
+    rules: WalkRules = LIFTED,
     settings: SimSettings | None = None,
     jobs: int = 1,
     scheduler: str | None = None,
@@ -217,7 +176,7 @@ def produce_scattered(
             replace it.
         shapes: Betas of each body; missing ones are 0.
         turns: Joints whose derivatives are stored.
-        entry: Whether arms were lifted in these poses, and how much of the cloth may be pinched.
+        rules: Whether arms were lifted in these poses, and how much of the cloth may be pinched.
         settings: Settings of the simulator.
         jobs: Number of processes. The results do not depend on it.
         scheduler: Address of a dask scheduler whose workers settle instead; see `workers`.
@@ -232,15 +191,15 @@ def produce_scattered(
         return (poses[(number + later) % len(poses)] for later in range(attempts))
 
     with workers(jobs, scheduler) as makers:
-        dataset = _open_for(folder, garment, entry)
+        dataset = _open_for(folder, garment, rules)
         work = (
             _pose_job(
                 dataset,
                 setup,
                 tuple(candidates(number)),
-                [_shape_key(betas)],
+                [shape_key(betas)],
                 tuple(turns),
-                entry,
+                rules,
                 _progress_of(report, number),
             )
             for number, betas in enumerate(shapes)
@@ -248,7 +207,7 @@ def produce_scattered(
         return run_jobs(work, makers)
 
 
-def _open_for(folder: str | Path, garment: Garment, entry: Entry) -> Dataset:
+def _open_for(folder: str | Path, garment: Garment, rules: WalkRules) -> Dataset:
     """Opens a dataset in which garments are walked into poses, or makes it.
 
     Raises:
@@ -256,17 +215,12 @@ def _open_for(folder: str | Path, garment: Garment, entry: Entry) -> Dataset:
         BadOutput: It cannot be written.
     """
     dataset = start_dataset(folder, garment)
-    other = arm_lifts_deg(dataset) - {0.0, entry.lift_deg}
-    if other and entry.lift_deg:
+    other = arm_lifts_deg(dataset) - {0.0, rules.lift_deg}
+    if other and rules.lift_deg:
         known, cure = max(other), "drape into a new folder, since a model is fitted to poses that are lifted alike"
-        got = f"{entry.lift_deg:g} degrees"
+        got = f"{rules.lift_deg:g} degrees"
         raise BadDataset(f"hanging arms are lifted by {known:g} degrees in {dataset.folder}", got, cure)
     return dataset
-
-
-def _shape_key(betas: Sequence[float]) -> tuple[float, ...]:
-    """Returns betas as the floats that name a shape."""
-    return tuple(float(beta) for beta in np.asarray(betas, np.float32))
 
 
 def _progress_of(report: Report | None, number: int) -> Progress:
@@ -280,7 +234,7 @@ def _pose_job(
     poses: Sequence[Pose],
     shapes: Sequence[tuple[float, ...]],
     turns: tuple[int, ...],
-    entry: Entry,
+    rules: WalkRules,
     tell: Progress,
 ) -> Job[PosedTakes | None]:
     """Makes one anchor on all shapes, with the first candidate in which the garment comes to rest on all of them.
@@ -292,7 +246,7 @@ def _pose_job(
     for candidate, pose in enumerate(poses):
         names: list[str] = []
         for betas in shapes:
-            name = yield from _settle_task(dataset, setup, _Task(pose, betas, turns, entry=entry))
+            name = yield from _settle_task(dataset, setup, AnchorTask(pose, betas, turns, rules=rules))
             if name is None:
                 break
             names.append(name)
@@ -304,114 +258,14 @@ def _pose_job(
     if not best:
         return None
     for betas in shapes[len(best) + 1 :]:
-        name = yield from _settle_task(dataset, setup, _Task(poses[chosen], betas, turns, entry=entry))
+        name = yield from _settle_task(dataset, setup, AnchorTask(poses[chosen], betas, turns, rules=rules))
         best += [] if name is None else [name]
     return PosedTakes(poses[chosen], tuple(best), chosen)
 
 
-def _settle_task(dataset: Dataset, setup: Setup, task: _Task) -> Job[str | None]:
+def _settle_task(dataset: Dataset, setup: Setup, task: AnchorTask) -> Job[str | None]:
     """Makes an anchor; returns its name, or None if it cannot be fitted to."""
-    take = yield from _anchor_job(dataset, setup, task)
+    take = yield from anchor_job(dataset, setup, task)
     if take.failed is not None or take_faults(take, setup.garment, setup.body.shaped(task.shape)).reason:
         return None
     return take.name
-
-
-def anchor_inputs(
-    garment: Garment,
-    shaped: "ShapedBody",
-    pose: Pose,
-    settings: SimSettings,
-    turns: Sequence[int],
-    betas: Sequence[int],
-    entry: Entry | None = None,
-) -> dict[str, Any]:
-    """Returns the inputs of an anchor, whose hash is its name."""
-    walked = {} if entry is None else {"protocol": WALK.name, "lift_deg": entry.lift_deg}
-    if entry is not None and entry.most_pinched != MAX_PINCHED_RATIO:
-        walked["most_pinched"] = entry.most_pinched
-    return walked | {
-        "kind": "anchor",
-        "garment": garment.hash,
-        "body": shaped.body.hash,
-        "betas": [float(beta) for beta in shaped.betas],
-        "pose": pose.hash,
-        "settings": asdict(settings),
-        "simulator": SIMULATOR,
-        "derivatives": {"turns": [int(joint) for joint in turns], "betas": [int(index) for index in betas]},
-    }
-
-
-def _anchor_job(dataset: Dataset, setup: Setup, task: _Task) -> Job[Take]:
-    """Makes the anchor of a pose on a shape, unless the dataset holds it."""
-    body = setup.body.shaped(task.shape)
-    inputs = anchor_inputs(setup.garment, body, task.pose, setup.settings, task.turns, task.betas, task.entry)
-    take = dataset.find_by_inputs(inputs)
-    if take is not None:
-        return take
-    take = yield Call(_anchor, setup, task)
-    take = replace(take, inputs=inputs)
-    dataset.add(take)
-    return take
-
-
-def _anchor(setup: Setup, task: _Task, tell: Progress) -> Take:
-    """Settles an anchor; returns it, or the reason of the failure, as a take."""
-    garment, body = setup.garment, shaped_body(setup, task.shape)
-    try:
-        if task.entry is None:
-            rest = settle(garment, body, task.pose, setup.settings)
-        else:
-            start = drape(setup, task.shape)
-            body, pinched = start.shaped, task.entry.most_pinched
-            rest = settle(garment, body, task.pose, setup.settings, start=start, method="walked", most_pinched=pinched)
-        derivatives = compute_derivatives(rest, task.turns, task.betas)
-        return replace(rest.take(), kind="anchor", derivatives=derivatives, made_with=build_info())
-    except SimulationFailed as reason:
-        return _make_failed_take(garment, body, task.pose, setup.settings, str(reason))
-
-
-def compute_derivatives(rest: Rest, turns: Sequence[int], betas: Sequence[int]) -> dict[str, np.ndarray]:
-    """Returns derivatives of a settled garment by the names that a take stores them under, float32 (verts, 3) each.
-
-    Args:
-        rest: The settled garment.
-        turns: Joints, about three axes of their own frame each [m/rad].
-        betas: Shape coefficients [m].
-
-    Raises:
-        BadInput: There is no such joint or coefficient.
-        SimulationFailed: The equilibrium is not isolated.
-    """
-    if not (len(turns) or len(betas)):
-        return {}
-    sensitivities = Sensitivities(rest)
-    axes = np.eye(3)
-    derivatives = {
-        f"turn.{joint}.{axis}": sensitivities.turn(joint, axes[axis]) for joint in turns for axis in range(3)
-    }
-    derivatives |= {f"beta.{index}": sensitivities.beta(index) for index in betas}
-    return {name: value.astype(np.float32) for name, value in derivatives.items()}
-
-
-def _make_failed_take(garment: Garment, shaped: "ShapedBody", pose: Pose, settings: SimSettings, reason: str) -> Take:
-    """Makes the take of an anchor that could not be settled: the garment as it was made, with the reason."""
-    motion = Motion(
-        pose.rotations[None],
-        pose.translation[None],
-        fps=settings.fps,
-        leg_length=shaped.leg_length,
-        name="anchor",
-    )
-    return Take(
-        kind="anchor",
-        vertices=garment.vertices[None],
-        motion=motion,
-        betas=shaped.betas,
-        lead_in=np.zeros(1, bool),
-        pinched=np.zeros(1, np.int32),
-        figures={},
-        inputs={},
-        failed=reason,
-        made_with=build_info(),
-    )

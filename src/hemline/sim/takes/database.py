@@ -17,7 +17,8 @@ from hemline.motions.pose_clusters import PoseClusters, cluster_poses, without_h
 from hemline.motions.quaternions import angle, inverse, multiply
 from hemline.sim.settings import SimSettings
 
-from .anchors import HANGING, LIFTED, MAX_STAND_INS, Entry, PosedTakes, produce_posed, produce_scattered
+from .anchor_jobs import HANGING, LIFTED, WalkRules
+from .anchors import MAX_STAND_INS, PosedTakes, produce_posed, produce_scattered
 from .jobs import Report
 from .rest_states import axis_shapes, random_shapes
 from .setup import Setup
@@ -176,7 +177,11 @@ def make_database(
     tell("clusters", 1, 1)
 
     def settle_in(
-        stage: str, members: Sequence[Sequence[int]], of: np.ndarray, on: list[tuple[float, ...]], entry: Entry = LIFTED
+        stage: str,
+        members: Sequence[Sequence[int]],
+        of: np.ndarray,
+        on: list[tuple[float, ...]],
+        rules: WalkRules = LIFTED,
     ) -> list[PosedTakes | None]:
         """Settles the garment in the pose in the middle of each cluster, or in one of the next ones."""
         return produce_posed(
@@ -184,7 +189,7 @@ def make_database(
             garment,
             [[Pose(of[index], rest) for index in each[:MAX_STAND_INS]] for each in members],
             on,
-            entry=entry,
+            rules=rules,
             settings=settings,
             jobs=jobs,
             scheduler=scheduler,
@@ -192,7 +197,7 @@ def make_database(
         )
 
     def scatter(
-        takes: Sequence[PosedTakes | None], bodies: list[tuple[float, ...]], entry: Entry
+        takes: Sequence[PosedTakes | None], bodies: list[tuple[float, ...]], rules: WalkRules
     ) -> list[PosedTakes | None]:
         """Settles the garment on each of some bodies, in the poses of some takes in turn."""
         return produce_scattered(
@@ -200,7 +205,7 @@ def make_database(
             garment,
             [each.pose for each in takes if each is not None],
             bodies if any(takes) else [],
-            entry=entry,
+            rules=rules,
             settings=settings,
             jobs=jobs,
             scheduler=scheduler,

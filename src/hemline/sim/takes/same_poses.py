@@ -17,7 +17,8 @@ from hemline.motions.motion import Pose
 from hemline.motions.pose_clusters import cluster_poses
 from hemline.sim.settings import SimSettings
 
-from .anchors import HANGING, MAX_STAND_INS, Entry, PosedTakes, produce_posed
+from .anchor_jobs import HANGING, WalkRules
+from .anchors import MAX_STAND_INS, PosedTakes, produce_posed
 from .jobs import Report
 
 
@@ -73,8 +74,8 @@ def produce_in_poses_of(
     clusters = cluster_poses(np.array([pose.rotations for pose in poses], np.float64), weights, count, seed=seed)
     candidates = [[poses[index] for index in members[:MAX_STAND_INS]] for members in clusters.members]
     lift_deg = arm_lift_deg(other)
-    entry, how = Entry(lift_deg=lift_deg) if lift_deg else HANGING, {"settings": settings, "jobs": jobs}
-    return produce_posed(folder, garment, candidates, entry=entry, scheduler=scheduler, report=report, **how)
+    rules, how = WalkRules(lift_deg=lift_deg) if lift_deg else HANGING, {"settings": settings, "jobs": jobs}
+    return produce_posed(folder, garment, candidates, rules=rules, scheduler=scheduler, report=report, **how)
 
 
 def on_the_mean_shape(takes: Sequence[Take]) -> list[Pose]:
