@@ -126,7 +126,7 @@ def agentdress_model() -> AnimatorAgentDress:
         rest_effects=grown.astype(np.float16).astype(np.float32),
         offset=np.full_like(garment.vertices, 1e-3),
         basis=pack_basis(np.concatenate([pose_basis, drawn]), np.full(modes + 4, 0.05), extra=3),
-        pose_weights=(0.05 * random.normal(size=(count, poses, modes))).astype(np.float32),
+        pose_weights=(0.05 * random.normal(size=(count, poses, modes))).astype(np.float16).astype(np.float32),
         shapes=ShapeSamples(
             np.int32([0, 0, 1, 2, 2, 2, 2]),
             random.normal(size=(7, 5)).astype(np.float32),

@@ -316,7 +316,10 @@ def test_a_model_file_changes_no_bit_of_playback(model, tmp_path):
             "bone that does not",
         ),
         (lambda arrays, metadata: arrays.update({"tables.rest": arrays["tables.rest"] * np.nan}), "must be finite"),
-        (lambda arrays, metadata: metadata["agentdress"].update(version=1), "version 5 of AgentDress; got version 1"),
+        (
+            lambda arrays, metadata: metadata["agentdress"].update(version=1),
+            "versions 5 and 6 of AgentDress; got version 1",
+        ),
         (lambda arrays, metadata: metadata["agentdress"].update(width=-1.0), "positive width"),
     ],
 )

@@ -9,9 +9,9 @@ import hemline
 from hemline import animators, garments, motions
 from hemline.animators import MaterialAware
 from hemline.animators.agentdress.config import AgentDressConfig
+from hemline.animators.agentdress.fit import shape_kernel
 from hemline.animators.agentdress.kind import KIND
 from hemline.animators.agentdress.materials import material_coordinates
-from hemline.animators.agentdress.shape_samples import ShapeSamples
 from hemline.datasets import Collection, create
 from hemline.errors import BadDataset, BadGarment, BadInput, BadModel, HemlineWarning
 from hemline.files import read_tensors, write_tensors
@@ -136,9 +136,8 @@ def test_materials_are_predicted_in_new_poses_and_on_new_bodies(model, material)
 
 
 def test_the_own_material_plays_as_without_others(anchors, others, monkeypatch):
-    """Materials share the basis; with enough modes, and numbers that are not rounded to half of their bits, nothing
-    changes."""
-    monkeypatch.setattr(ShapeSamples, "in_half_precision", lambda samples: samples)
+    """Materials share the basis; with enough modes, and numbers that are not rounded, nothing changes."""
+    monkeypatch.setattr(shape_kernel, "round_to_digits", lambda weights, inverse: (weights, np.ones(weights.shape[1])))
     roomy = replace(STILL, shape_modes=400)
     with_others, alone = KIND.fit(Collection((anchors, *others)), roomy), KIND.fit(anchors, roomy)
     pose = made.random_pose(103)

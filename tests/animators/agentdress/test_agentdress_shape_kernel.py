@@ -81,7 +81,7 @@ def test_width_and_ridge_of_many_bodies_are_searched_with_some_and_all_are_fitte
         for w, r in pairs
     ]
     assert (best.width, best.ridge) == pairs[int(np.argmin(errors))]
-    whole = fit_shape_kernel(distances, changes, width=best.width, ridge=best.ridge)
+    whole = fit_shape_kernel(distances, changes, width=best.width, ridge=best.ridge, rounded=True)
     np.testing.assert_array_equal(best.weights, whole.weights)
 
 
@@ -161,6 +161,21 @@ def test_width_and_ridge_have_the_least_leave_one_out_error(problem):
             assert error_mm <= error + 1e-9
 
 
+def test_a_file_keeps_every_bit_of_weights_with_steps(problem):
+    distances, changes = problem
+    found = fit_shape_kernel(distances, changes, width=WIDTH, ridge=RIDGE, rounded=True)
+    arrays = (changes.poses.astype(np.int32), changes.coordinates.astype(np.float32), found.weights.astype(np.float32))
+    samples = ShapeSamples(*arrays, np.eye(2, dtype=np.float32), steps=found.steps)
+    stored = samples.arrays()
+    assert stored["weights"].dtype == np.int8 and np.abs(stored["weights"]).max() <= 127
+    read = ShapeSamples.of(stored, poses=9, regions=2)
+    np.testing.assert_array_equal(read.weights, samples.weights)
+    betas = np.float32([0.4, -1.2])
+    np.testing.assert_array_equal(read.effects(betas), samples.effects(betas))
+    half = replace(samples, steps=None).as_stored()
+    np.testing.assert_array_equal(ShapeSamples.of(half.arrays(), poses=9, regions=2).weights, half.weights)
+
+
 def test_samples_reproduce_given_effects():
     """The effects are multiples of betas and their squares at each pose, as in the shape models of the paper."""
     random = np.random.default_rng(2)
@@ -186,6 +201,8 @@ def test_samples_reproduce_given_effects():
         {"reach": np.float32([-1.0])},
         {"scale": np.eye(3, dtype=np.float32)},
         {"scale": np.full((2, 2), np.nan, np.float32)},
+        {"weights": np.zeros((2, 3, 4), np.int8)},
+        {"weights": np.zeros((2, 3, 4), np.int8), "steps": np.ones((2, 3), np.float32)},
     ],
 )
 def test_samples_that_do_not_fit_the_model_are_refused(broken):

@@ -20,9 +20,9 @@ class AgentDressConfig:
     shape_model: Literal["kernel", "blended"] = "kernel"
     """Model of the effect of body shape in a pose: kernel regression over pose and shape, or blended anchors.
     The blend of the shape models of the nearest anchors is the method of the paper."""
-    pose_modes: int = positive(64)
+    pose_modes: int = positive(80)
     """Number of basis modes of the pose model."""
-    shape_modes: int = positive(64)
+    shape_modes: int = positive(80)
     """Number of basis modes of shape effects, shared by all anchors."""
     mirror: bool = True
     """Train on mirror images of all drapes too, if garment and body are symmetric.

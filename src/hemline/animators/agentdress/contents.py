@@ -16,8 +16,10 @@ from .config import AgentDressConfig
 from .materials import Materials
 from .tables import Tables
 
-VERSION = 5
-"""Version of the AgentDress part of a model file, `agentdress.version` in its metadata."""
+VERSION, READABLE = 6, (5, 6)
+"""Version of the AgentDress part of a model file, `agentdress.version` in its metadata, and the versions that are read.
+
+In version 5, weights of poses were float32 and weights of shapes float16."""
 
 
 def arrays_of(tables: Tables, materials: Materials | None) -> dict[str, np.ndarray]:
@@ -49,9 +51,9 @@ def fields_of(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> 
             or shape.
     """
     own = entry(metadata, "agentdress", dict)
-    if own.get("version") != VERSION:
+    if own.get("version") not in READABLE:
         got = f"version {own.get('version')}"
-        raise BadModel(f"this hemline reads version {VERSION} of AgentDress", got, AGAIN)
+        raise BadModel("this hemline reads versions 5 and 6 of AgentDress", got, AGAIN)
     width, shape_width = entry(own, "width", float), entry(own, "shape_width", float)
     for each in (width, shape_width):
         if not (np.isfinite(each) and each > 0):

@@ -1,7 +1,7 @@
 """The effect of materials other than that of the fit, in any pose, as a model stores it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -59,10 +59,6 @@ class Materials:
     def effects(self, material: Material) -> Float[np.ndarray, "regions poses shape_modes"]:
         """Returns the effect of a material on each mode at each pose, per region, float32."""
         return self.samples.effects(material_coordinates(material, self.own))
-
-    def in_half_precision(self) -> Self:
-        """Rounds the weights to half precision, as a model file stores them."""
-        return replace(self, samples=self.samples.in_half_precision())
 
     def is_outside(self, material: Material) -> bool:
         """Whether a material lies outside the range of the draped ones in any coordinate."""

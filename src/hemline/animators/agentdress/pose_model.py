@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hemline.arrays import Float, Int
+from hemline.learning.compensated_rounding import round_to_half
 
 POSE_WIDTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0)
 """Candidate kernel widths, relative to the median distance between anchors."""
@@ -45,6 +46,7 @@ def fit_kernel(
     *,
     width: float,
     ridge: float,
+    rounded: bool = False,
 ) -> PoseFit:
     """Fits each region, and computes leave-one-out residuals in closed form.
 
@@ -54,13 +56,14 @@ def fit_kernel(
         groups: Group number of each anchor; neighbours in one group are left out together.
         width: Width of the kernel.
         ridge: Penalty added to the diagonal.
+        rounded: Whether weights are rounded to half precision, as a model file stores them; see `round_to_half`.
     """
     weights, residuals = [], []
     for region in range(distances.shape[1]):
         gram = kernel(distances[:, region], width) + ridge * np.eye(len(distances))
         inverse = invert_definite(gram)
         solution = inverse @ outputs
-        weights.append(solution)
+        weights.append(round_to_half(solution, inverse) if rounded else solution)
         residuals.append(leave_groups_out(inverse, solution, groups))
     return PoseFit(width, ridge, np.stack(weights), np.stack(residuals))
 

@@ -51,6 +51,7 @@ class ShapeSamples:
         weights: $\alpha$ per region; a single region stands for all if they do not differ.
         scale: $S$, see `shape_scale`; the identity if all betas count alike.
         length_scale: Length scale of the kernel $k$, see `kernel_over_shapes`; saved as `reach`.
+        steps: Steps of which the weights are multiples from -127 to 127; None if they are numbers of half precision.
     """
 
     poses: Int[np.ndarray, " samples"]
@@ -58,6 +59,7 @@ class ShapeSamples:
     weights: Float[np.ndarray, "shape_regions samples shape_modes"]
     scale: Float[np.ndarray, "betas betas"]
     length_scale: float = SHAPE_LENGTH_SCALE
+    steps: Float[np.ndarray, "shape_regions shape_modes"] | None = None
 
     @property
     def pose_count(self) -> int:
@@ -79,9 +81,13 @@ class ShapeSamples:
             length_scale=0.0,
         )
 
-    def in_half_precision(self) -> Self:
-        """Rounds the weights to half precision, as a model file stores them."""
-        return replace(self, weights=self.weights.astype(np.float16).astype(np.float32))
+    def as_stored(self) -> Self:
+        """Returns the samples with weights as a model file stores them: of half precision, unless they have steps."""
+        return (
+            self
+            if self.steps is not None
+            else replace(self, weights=self.weights.astype(np.float16).astype(np.float32))
+        )
 
     def effects(self, betas: Float[np.ndarray, " betas"]) -> Float[np.ndarray, "shape_regions poses shape_modes"]:
         """Returns the effect of a shape on each mode at each pose, per region, float32."""
@@ -95,10 +101,12 @@ class ShapeSamples:
         return result
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Returns the arrays of a model file, weights in half precision."""
-        weights = self.weights.astype(np.float16)
-        arrays = {"poses": self.poses, "betas": self.betas, "weights": weights, "scale": self.scale}
-        return arrays | {"reach": np.array([self.length_scale], np.float32)}
+        """Returns the arrays of a model file, weights in half precision or as digits of 8 bits and their steps."""
+        arrays = {"poses": self.poses, "betas": self.betas, "scale": self.scale}
+        arrays["reach"] = np.array([self.length_scale], np.float32)
+        if self.steps is None:
+            return arrays | {"weights": self.weights.astype(np.float16)}
+        return arrays | {"weights": np.rint(self.weights / self.steps[:, None]).astype(np.int8), "steps": self.steps}
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, poses: int, regions: int) -> Self:
@@ -108,7 +116,11 @@ class ShapeSamples:
             BadModel: An array is missing or has the wrong shape, or refers to a pose that does not exist.
         """
         bodies = array_of(arrays, "poses", "int32", (None,))
-        weights = array_of(arrays, "weights", "float16", (None, len(bodies), None))
+        weights = array_of(arrays, "weights", ("float16", "int8"), (None, len(bodies), None))
+        steps = None
+        if weights.dtype == np.int8:
+            steps = array_of(arrays, "steps", "float32", (len(weights), weights.shape[2]))
+            weights = weights * steps[:, None]
         if not (len(bodies) and bodies[0] >= 0 and (np.diff(bodies) >= 0).all() and bodies[-1] < poses):
             raise BadModel("bodies are in poses of the model, in rising order", str(bodies[:8]), AGAIN)
         if len(weights) not in (1, regions):
@@ -120,4 +132,4 @@ class ShapeSamples:
         scale = array_of(arrays, "scale", "float32", (betas.shape[1], betas.shape[1]))
         if not (np.isfinite(reach[0]) and reach[0] >= 0 and np.isfinite(scale).all()):
             raise BadModel("the kernel over shapes has a finite reach and scale", float(reach[0]), AGAIN)
-        return cls(bodies, betas, weights.astype(np.float32), scale, float(reach[0]))
+        return cls(bodies, betas, weights.astype(np.float32), scale, float(reach[0]), steps)

@@ -53,10 +53,10 @@ class Tables:
     rigged: RiggedTables | None = None
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Returns the arrays of a model file, effects of the shape in half precision."""
+        """Returns the arrays of a model file; weights of poses and effects of the shape at rest have half precision."""
         parts = {"basis": self.basis, "shapes": self.shapes} | ({"rigged": self.rigged} if self.rigged else {})
         own = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("basis", "shapes", "rigged")}
-        own["rest_effects"] = own["rest_effects"].astype(np.float16)
+        own |= {name: own[name].astype(np.float16) for name in ("rest_effects", "pose_weights")}
         return own | {f"{part}.{name}": array for part, of in parts.items() for name, array in of.arrays().items()}
 
     def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> Self:
@@ -76,7 +76,9 @@ class Tables:
         """
         regions = array_of(arrays, "regions", "float32", (vertices, None))
         rotations = array_of(arrays, "rotations", "float32", (None, JOINT_COUNT, 4))
-        pose_weights = array_of(arrays, "pose_weights", "float32", (regions.shape[1], len(rotations), None))
+        pose_weights = array_of(
+            arrays, "pose_weights", ("float16", "float32"), (regions.shape[1], len(rotations), None)
+        )
         shapes = ShapeSamples.of(part(arrays, "shapes"), poses=len(rotations), regions=regions.shape[1])
         basis = PackedBasis.of(part(arrays, "basis"), vertex_count=vertices)
         if basis.mode_count != pose_weights.shape[2] + shapes.weights.shape[2]:
@@ -97,7 +99,7 @@ class Tables:
             rest_effects=array_of(arrays, "rest_effects", "float16", (None, vertices, 3)).astype(np.float32),
             offset=array_of(arrays, "offset", "float32", (vertices, 3)),
             basis=basis,
-            pose_weights=pose_weights,
+            pose_weights=pose_weights.astype(np.float32),
             shapes=shapes,
             rigged=RiggedTables.of(part(arrays, "rigged"), vertices=vertices, poses=len(rotations)) if rigged else None,
         )

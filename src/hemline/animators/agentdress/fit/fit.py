@@ -175,7 +175,7 @@ def fit_anchors(
         offset=pose.mean.reshape(-1, 3).astype(np.float32),
         basis=pack_basis(np.concatenate([pose.basis, shapes.basis]), deviations, extra=SECOND_COLUMNS),
         pose_weights=pose.fit.weights.astype(np.float32),
-        shapes=shapes.samples.in_half_precision(),
+        shapes=shapes.samples.as_stored(),
     )
     errors_of_shapes = shape_figures(anchors, config)
     figures = (
@@ -206,7 +206,7 @@ def fit_anchors(
         figures=figures,
         licences=(body.licence,) if body.licence else (),
         fitted_betas=(float(anchors.betas.min()), float(anchors.betas.max())),
-        materials=shapes.materials and shapes.materials.in_half_precision(),
+        materials=shapes.materials,
     )
 
 

@@ -107,6 +107,7 @@ def fit_materials(
         changes.coordinates.astype(np.float32),
         best.weights.astype(np.float32),
         np.eye(changes.coordinates.shape[1], dtype=np.float32),
+        steps=best.steps,
     )
     figures = {
         "materials": float(len(changes.known)),

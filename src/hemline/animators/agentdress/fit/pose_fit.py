@@ -71,7 +71,8 @@ class PoseModelFit:
             candidate = fit_kernel(distances, outputs, anchors.groups, width=width, ridge=ridge)
             return leave_one_out_mm(candidate.leave_one_out, basis, regions), candidate
 
-        error_mm, fit = _best_in_turn(attempt)
+        error_mm, best = _best_in_turn(attempt)
+        fit = fit_kernel(distances, outputs, anchors.groups, width=best.width, ridge=best.ridge, rounded=True)
         return cls(anchors, rotations, distances, offsets, mean, basis, outputs, fit, error_mm)
 
 

@@ -111,6 +111,7 @@ def _by_kernel(
         padded.astype(np.float32),
         best.weights.astype(np.float32),
         scale.astype(np.float32),
+        steps=best.steps,
     )
     figures = {
         "shape_kernel_width": best.width,

@@ -7,6 +7,7 @@ import numpy as np
 from hemline.animators.agentdress.pose_model import invert_definite, kernel, leave_groups_out
 from hemline.animators.agentdress.shape_samples import SHAPE_LENGTH_SCALE, kernel_over_shapes
 from hemline.arrays import Float, Int
+from hemline.learning.compensated_rounding import round_to_digits
 
 from .leave_one_out import leave_one_out_mm
 
@@ -57,12 +58,14 @@ class ShapeKernelFit:
         ridge: Penalty added to the diagonal.
         weights: Weight $\alpha$ of each body, per region.
         leave_one_out: Residual of each body in a fit without its group.
+        steps: Steps of which the weights are whole multiples; None if they are not rounded.
     """
 
     width: float
     ridge: float
     weights: Float[np.ndarray, "regions samples outputs"]
     leave_one_out: Float[np.ndarray, "regions samples outputs"]
+    steps: Float[np.ndarray, "regions outputs"] | None = None
 
 
 def best_shape_kernel(
@@ -73,7 +76,7 @@ def best_shape_kernel(
 ) -> tuple[ShapeKernelFit, float]:
     """Fits the kernel with the width and ridge of least leave-one-out error; returns the fit and its error [mm].
 
-    Width and ridge are searched with `MOST_SEARCHED` bodies at most.
+    Width and ridge are searched with `MOST_SEARCHED` bodies at most. The weights are rounded to 8 bits.
 
     Args:
         distances: Squared distances between the poses, per region.
@@ -88,15 +91,18 @@ def best_shape_kernel(
         return leave_one_out_mm(candidate.leave_one_out, basis, regions), candidate
 
     attempts = (attempt(width, ridge) for width in SHAPE_WIDTHS for ridge in SHAPE_RIDGES)
-    error_mm, best = min(attempts, key=lambda each: each[0])
-    if some is not changes:
-        best = fit_shape_kernel(distances, changes, width=best.width, ridge=best.ridge)
-        error_mm = leave_one_out_mm(best.leave_one_out, basis, regions)
-    return best, error_mm
+    _, best = min(attempts, key=lambda each: each[0])
+    best = fit_shape_kernel(distances, changes, width=best.width, ridge=best.ridge, rounded=True)
+    return best, leave_one_out_mm(best.leave_one_out, basis, regions)
 
 
 def fit_shape_kernel(
-    distances: Float[np.ndarray, "poses regions poses"], changes: ShapeChanges, *, width: float, ridge: float
+    distances: Float[np.ndarray, "poses regions poses"],
+    changes: ShapeChanges,
+    *,
+    width: float,
+    ridge: float,
+    rounded: bool = False,
 ) -> ShapeKernelFit:
     r"""Fits a ridge regression with the kernel $K(D(\theta, \theta'))\, k(\beta, \beta')$; see `kernel_over_shapes`.
 
@@ -107,6 +113,7 @@ def fit_shape_kernel(
         changes: The training data.
         width: Width of the kernel over poses.
         ridge: Penalty added to the diagonal.
+        rounded: Whether weights are rounded to 8 bits, as a model file stores them; see `round_to_digits`.
 
     Source: replaces Eq. 4, the blend of the nearest anchors, in Wu et al., "AgentDress: Realtime Clothing Synthesis for
         Virtual Agents using Plausible Deformations", 2021, whose section 6 leaves a joint treatment of pose and shape
@@ -114,11 +121,15 @@ def fit_shape_kernel(
     """
     poses, outputs, identity = changes.poses, changes.outputs, np.eye(len(changes.poses))
     between = kernel_over_shapes(changes.coordinates, changes.coordinates, SHAPE_LENGTH_SCALE)
-    weights, residuals = [], []
+    weights, residuals, steps = [], [], []
     for region in range(distances.shape[1]):
         gram = kernel(distances[:, region].astype(np.float64), width)[np.ix_(poses, poses)] * between
         inverse = invert_definite(gram + ridge * identity)
         solved = inverse @ outputs
-        weights.append(solved)
         residuals.append(leave_groups_out(inverse, solved, changes.groups))
-    return ShapeKernelFit(width, ridge, np.stack(weights), np.stack(residuals))
+        if rounded:
+            digits, of_region = round_to_digits(solved, inverse)
+            solved = digits * of_region
+            steps.append(of_region)
+        weights.append(solved)
+    return ShapeKernelFit(width, ridge, np.stack(weights), np.stack(residuals), np.stack(steps) if rounded else None)
