@@ -21,16 +21,14 @@ import hemline
 from hemline import pictures
 from hemline.animators.agentdress.config import AgentDressConfig
 from hemline.animators.agentdress.fit.anchor_set import AnchorSet
-from hemline.animators.agentdress.fit.fit import fit_anchors
-from hemline.animators.agentdress.fit.material_fit import MaterialChanges
+from hemline.animators.agentdress.fit.fit import fit, fit_anchors
 from hemline.animators.agentdress.fit.rigged_anchors import RiggedAnchors, rows_with_derivatives
 from hemline.animators.agentdress.fit.rigged_model import with_rigging
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.bodies import load as load_body
 from hemline.bodies.lifted_arms import LIFT_DEG
 from hemline.compiled import use_threads
-from hemline.datasets import Dataset, open_dataset
-from hemline.datasets.arm_lift import arm_lift_deg
+from hemline.datasets import Dataset, leave_out_faulty, open_dataset
 from hemline.datasets.joint_sensitivity import joint_weights
 from hemline.errors import BadDataset
 from hemline.garments import Garment
@@ -233,12 +231,9 @@ def main() -> None:
         jobs=1,
     )
     use_threads(1)
-    dataset = open_dataset(options.anchors)
+    dataset = leave_out_faulty(open_dataset(options.anchors))
     garment, anchors = dataset.garment, AnchorSet.of(dataset)
-    others = [open_dataset(folder) for folder in options.others]
-    materials = MaterialChanges.of(garment, anchors, others) if others else None
-    fitted = fit_anchors(garment, anchors, AgentDressConfig(), materials=materials, progress=lambda *_: None)
-    model = replace(fitted, lift_deg=arm_lift_deg(dataset))
+    model = fit(dataset, materials=[leave_out_faulty(open_dataset(folder)) for folder in options.others])
     rigged = system = None
     with suppress(BadDataset):  # no anchor has derivatives
         rigged = RiggedAnchors.search(dataset, rows_with_derivatives(dataset), model, anchors)
@@ -248,7 +243,8 @@ def main() -> None:
     beside = {Path(name).stem: hemline.load(name) for name in options.beside}
     fewer = anchors.subset(np.arange(len(anchors.rotations)), np.empty(0, int))
     alone = fit_anchors(garment, fewer, AgentDressConfig(), progress=lambda *_: None)
-    plays = {OURS: model, f"{OURS}, arms lifted": fitted, f"{OURS}, anchors alone": alone}
+    alone = replace(alone, stretch_limit=model.stretch_limit)
+    plays = {OURS: model, f"{OURS}, arms lifted": replace(model, lift_deg=LIFT_DEG), f"{OURS}, anchors alone": alone}
     plain = {
         "ridge": ridge_regression(anchors),
         "blend of five": blend_nearest(model, anchors),

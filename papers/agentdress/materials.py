@@ -23,7 +23,7 @@ from hemline.animators.agentdress.fit.material_fit import MaterialChanges
 from hemline.animators.agentdress.model import AnimatorAgentDress
 from hemline.bodies import PosedBody
 from hemline.compiled import use_threads
-from hemline.datasets import Dataset, open_dataset
+from hemline.datasets import Dataset, leave_out_faulty, open_dataset
 from hemline.garments import Garment
 from hemline.garments.material import Material
 from papers.agentdress.models.ablations import binding_of
@@ -78,7 +78,8 @@ def main() -> None:
         jobs=1,
     )
     use_threads(1)
-    dataset, others = open_dataset(options.anchors), [open_dataset(folder) for folder in options.others]
+    dataset = leave_out_faulty(open_dataset(options.anchors))
+    others = [leave_out_faulty(open_dataset(folder)) for folder in options.others]
     garment, anchors, body = dataset.garment, AnchorSet.of(dataset), bodies.load(dataset.garment.body_name).shaped()
     model = fit_materials(garment, anchors, others)
     poses = [pose for pose, _ in choose_pairs(options.poses, options.seed, garment.body_name)]

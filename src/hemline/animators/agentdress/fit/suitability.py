@@ -10,11 +10,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from hemline.animators.agentdress.config import AgentDressConfig
+from hemline.animators.agentdress.shape_model import pad_betas
 from hemline.datasets import Dataset
 from hemline.errors import HemlineWarning
 
 from .anchor_set import AnchorSet
 
+SAME_BETAS = 1e-6
+"""Largest difference between betas of the same shape."""
 LOOSE_MM = 30.0
 """Mean distance from the skin above which a garment is too loose [mm]."""
 
@@ -35,21 +38,25 @@ def fit_quality(dataset: Dataset, anchors: AnchorSet) -> dict[str, float]:
     Returns:
         `skin_distance_mm`: mean distance from the settled garment to the nearest body vertex, over all vertices and
         anchors on the mean shape. If the takes contain them: `stretch_percent`, the 99th percentile of edge stretch,
-        and `pinched_percent`, the vertices pinched between two parts of the body; both are medians over the anchors of
-        the shape where the median is largest.
+        and `pinched_percent`, the vertices pinched between two parts of the body; both are medians over the garments
+        on one of the shapes of the anchors, the one where the median is largest.
     """
     from scipy.spatial import KDTree
 
     mean = dataset.body.shaped()
     garments = anchors.rest.mean.reshape(-1, 3) + anchors.offsets[:, 0]
     figures = {"skin_distance_mm": 1e3 * float(KDTree(mean.vertices).query(garments)[0].mean())}
+    shapes = pad_betas(anchors.betas, len(dataset.body.shapedirs))
     for name, key, unit in (
         ("stretch_percent", "edge_tension_p99", 100.0),
         ("pinched_percent", "pinched", 100.0 / garments.shape[1]),
     ):
         by_shape: dict[tuple[float, ...], list[float]] = {}
         for row in dataset.anchors():
-            if key in row.figures:
+            of_anchors = (
+                np.abs(shapes - pad_betas(np.array([row.betas]), shapes.shape[1])).max(axis=1).min() < SAME_BETAS
+            )
+            if of_anchors and key in row.figures:
                 by_shape.setdefault(row.betas, []).append(row.figures[key])
         if by_shape:
             figures[name] = unit * max(float(np.median(values)) for values in by_shape.values())
