@@ -224,6 +224,18 @@ def test_anchors_of_another_body_are_refused(tmp_path):
         fit(data, STILL)
 
 
+def test_garments_settled_in_different_ways_are_said(tmp_path):
+    data = made.make_dataset(tmp_path / "data", 6)
+    for number, ways in enumerate(({"protocol": "walk 1"}, {"protocol": "walk 2"}, {"protocol": "walk 2"})):
+        extra = made.anchor(made.anchor_pose(made.random_pose(7 + number)), ())
+        data.add(replace(extra, inputs={**extra.inputs, **ways, "simulator": 1}))
+    told = (
+        "settled in different ways.*; got 2 by 'walk 2' of simulator 1, 1 by 'walk 1' of simulator 1; drape them into"
+    )
+    with pytest.warns(HemlineWarning, match=told):
+        fit(data, STILL)
+
+
 def test_a_dataset_of_an_unknown_body_is_refused_in_a_line(tmp_path, capsys):
     create(tmp_path / "data", replace(made.shirt(), body_name="nobody.npz"))
     model = tmp_path / "m.safetensors"

@@ -1,5 +1,7 @@
 """The fit of AgentDress: shape models of all anchors, the pose model, and one basis for both."""
 
+import warnings
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -15,7 +17,7 @@ from hemline.arrays import Float
 from hemline.datasets import Dataset
 from hemline.datasets.arm_lift import arm_lift_deg
 from hemline.datasets.take import take_metadata
-from hemline.errors import BadDataset, BadInput
+from hemline.errors import BadDataset, BadInput, HemlineWarning
 from hemline.garments.garment import Garment
 from hemline.learning.packed_basis import pack_basis
 from hemline.learning.pca import deviations_of
@@ -70,7 +72,7 @@ def fit(
 
     Warns:
         HemlineWarning: The garment is too loose or too tight for the method, or there are few anchors. The warning
-            names the error to expect.
+            names the error to expect. Or garments were settled in different ways, or by different simulators.
 
     Source: Wu et al., "AgentDress: Realtime Clothing Synthesis for Virtual Agents using Plausible Deformations", 2021.
         Differs: see `README.md`.
@@ -83,7 +85,7 @@ def fit(
             "other materials need kernels as pose and shape model", f"{config.pose_model}, {config.shape_model}", cure
         )
     for data in (dataset, *materials):
-        _check_body(data)
+        _check_takes(data)
     if materials and all(not np.any(row.betas) for row in dataset.anchors()):
         cure = "name the one that 'hemline drape --anchors' made first, those of other materials after it"
         raise BadDataset(
@@ -116,17 +118,24 @@ def _licences(data: Sequence[Dataset]) -> tuple[str, ...]:
     return as_stated((data[0].body.licence, *garment_terms(garment), *sorted(motions)))
 
 
-def _check_body(dataset: Dataset) -> None:
-    """Refuses anchors that were made on another body of the same name."""
-    body = dataset.body
+def _check_takes(dataset: Dataset) -> None:
+    """Refuses anchors that were made on another body of the same name, and warns of ones settled in several ways."""
+    body, ways = dataset.body, Counter[str]()
     for row in dataset.anchors():
-        made_on = take_metadata(dataset.path(row.name))["inputs"].get("body", body.hash)
+        inputs = take_metadata(dataset.path(row.name))["inputs"]
+        if "protocol" in inputs:
+            ways[f"'{inputs['protocol']}' of simulator {inputs.get('simulator', 0)}"] += 1
+        made_on = inputs.get("body", body.hash)
         if made_on != body.hash:
             raise BadDataset(
                 f"anchors of {dataset.folder} were made on another body than {body.name} ({body.hash})",
                 made_on,
                 "put that body back, or drape into a new folder",
             )
+    if len(ways) > 1:
+        what = f"garments of {dataset.folder} were settled in different ways, and may contradict each other"
+        got = ", ".join(f"{count} by {way}" for way, count in ways.most_common())
+        warnings.warn(HemlineWarning(what, got, "drape them into a new folder for smaller errors"), stacklevel=3)
 
 
 def fit_anchors(
