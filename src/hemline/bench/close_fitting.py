@@ -165,4 +165,5 @@ def _repeat(samples: ShapeSamples, poses: np.ndarray) -> ShapeSamples:
     rows = [np.flatnonzero(samples.poses == pose) for pose in poses]
     numbers = np.repeat(np.arange(len(poses), dtype=np.int32), [len(row) for row in rows])
     order = np.concatenate(rows)
-    return replace(samples, poses=numbers, betas=samples.betas[order], weights=samples.weights[:, order])
+    sizes = None if samples.sizes is None else samples.sizes[:, order]
+    return replace(samples, poses=numbers, betas=samples.betas[order], weights=samples.weights[:, order], sizes=sizes)

@@ -165,14 +165,20 @@ def test_a_file_keeps_every_bit_of_weights_with_steps(problem):
     distances, changes = problem
     found = fit_shape_kernel(distances, changes, width=WIDTH, ridge=RIDGE, rounded=True)
     arrays = (changes.poses.astype(np.int32), changes.coordinates.astype(np.float32), found.weights.astype(np.float32))
-    samples = ShapeSamples(*arrays, np.eye(2, dtype=np.float32), steps=found.steps)
+    samples = ShapeSamples(*arrays, np.eye(2, dtype=np.float32))
+    sizes, steps = (np.stack([getattr(each, name) for each in found.packed]) for name in ("sizes", "steps"))
+    samples = replace(samples, sizes=sizes, steps=steps)
     stored = samples.arrays()
     assert stored["weights"].dtype == np.int8 and np.abs(stored["weights"]).max() <= 127
     read = ShapeSamples.of(stored, poses=9, regions=2)
     np.testing.assert_array_equal(read.weights, samples.weights)
+    np.testing.assert_array_equal(read.betas, samples.betas)
+    former = stored | {"betas": samples.betas}
+    del former["bodies"]
+    np.testing.assert_array_equal(ShapeSamples.of(former, poses=9, regions=2).betas, samples.betas)
     betas = np.float32([0.4, -1.2])
     np.testing.assert_array_equal(read.effects(betas), samples.effects(betas))
-    half = replace(samples, steps=None).as_stored()
+    half = replace(samples, sizes=None, steps=None).as_stored()
     np.testing.assert_array_equal(ShapeSamples.of(half.arrays(), poses=9, regions=2).weights, half.weights)
 
 
@@ -202,7 +208,15 @@ def test_samples_reproduce_given_effects():
         {"scale": np.eye(3, dtype=np.float32)},
         {"scale": np.full((2, 2), np.nan, np.float32)},
         {"weights": np.zeros((2, 3, 4), np.int8)},
-        {"weights": np.zeros((2, 3, 4), np.int8), "steps": np.ones((2, 3), np.float32)},
+        {"bodies": np.int32([0, 1, 3])},
+        {"bodies": np.int32([-1, 1, 2])},
+        {"bodies": np.int32([0, 1])},
+        {"weights": np.zeros((2, 3, 4), np.int8), "steps": np.ones((2, 4), np.float32)},
+        {
+            "weights": np.zeros((2, 3, 4), np.int8),
+            "steps": np.ones((2, 3), np.float32),
+            "sizes": np.ones((2, 3), np.float16),
+        },
     ],
 )
 def test_samples_that_do_not_fit_the_model_are_refused(broken):

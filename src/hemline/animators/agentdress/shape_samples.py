@@ -9,6 +9,7 @@ import numpy as np
 from hemline.arrays import Float, Int
 from hemline.errors import BadModel
 from hemline.files.contents import AGAIN, array_of
+from hemline.learning.compensated_rounding import grid
 
 from .shape_model import pad_betas
 
@@ -51,7 +52,9 @@ class ShapeSamples:
         weights: $\alpha$ per region; a single region stands for all if they do not differ.
         scale: $S$, see `shape_scale`; the identity if all betas count alike.
         length_scale: Length scale of the kernel $k$, see `kernel_over_shapes`; saved as `reach`.
-        steps: Steps of which the weights are multiples from -127 to 127; None if they are numbers of half precision.
+        sizes: Size of the weights of each garment, float16, if the weights are 8 bits, see `PackedWeights`; None if
+            they are numbers of half precision.
+        steps: Step of the weights of each mode, likewise.
     """
 
     poses: Int[np.ndarray, " samples"]
@@ -59,6 +62,7 @@ class ShapeSamples:
     weights: Float[np.ndarray, "shape_regions samples shape_modes"]
     scale: Float[np.ndarray, "betas betas"]
     length_scale: float = SHAPE_LENGTH_SCALE
+    sizes: Float[np.ndarray, "shape_regions samples"] | None = None
     steps: Float[np.ndarray, "shape_regions shape_modes"] | None = None
 
     @property
@@ -82,7 +86,7 @@ class ShapeSamples:
         )
 
     def as_stored(self) -> Self:
-        """Returns the samples with weights as a model file stores them: of half precision, unless they have steps."""
+        """Returns the samples as a model file stores them: weights that are not of 8 bits in half precision."""
         return (
             self
             if self.steps is not None
@@ -102,11 +106,13 @@ class ShapeSamples:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Returns the arrays of a model file, weights in half precision or as digits of 8 bits and their steps."""
-        arrays = {"poses": self.poses, "betas": self.betas, "scale": self.scale}
-        arrays["reach"] = np.array([self.length_scale], np.float32)
-        if self.steps is None:
+        betas, bodies = np.unique(self.betas, axis=0, return_inverse=True)
+        arrays = {"poses": self.poses, "betas": betas, "bodies": bodies.reshape(-1).astype(np.int32)}
+        arrays |= {"scale": self.scale, "reach": np.array([self.length_scale], np.float32)}
+        if self.sizes is None or self.steps is None:
             return arrays | {"weights": self.weights.astype(np.float16)}
-        return arrays | {"weights": np.rint(self.weights / self.steps[:, None]).astype(np.int8), "steps": self.steps}
+        digits = np.rint(self.weights / grid(self.sizes, self.steps)).astype(np.int8)
+        return arrays | {"weights": digits, "sizes": self.sizes, "steps": self.steps}
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray], *, poses: int, regions: int) -> Self:
@@ -115,21 +121,26 @@ class ShapeSamples:
         Raises:
             BadModel: An array is missing or has the wrong shape, or refers to a pose that does not exist.
         """
-        bodies = array_of(arrays, "poses", "int32", (None,))
-        weights = array_of(arrays, "weights", ("float16", "int8"), (None, len(bodies), None))
-        steps = None
+        poses_of = array_of(arrays, "poses", "int32", (None,))
+        weights = array_of(arrays, "weights", ("float16", "int8"), (None, len(poses_of), None))
+        sizes = steps = None
         if weights.dtype == np.int8:
+            sizes = array_of(arrays, "sizes", "float16", weights.shape[:2])
             steps = array_of(arrays, "steps", "float32", (len(weights), weights.shape[2]))
-            weights = weights * steps[:, None]
-        if not (len(bodies) and bodies[0] >= 0 and (np.diff(bodies) >= 0).all() and bodies[-1] < poses):
-            raise BadModel("bodies are in poses of the model, in rising order", str(bodies[:8]), AGAIN)
+            weights = weights * grid(sizes, steps)
+        if not (len(poses_of) and poses_of[0] >= 0 and (np.diff(poses_of) >= 0).all() and poses_of[-1] < poses):
+            raise BadModel("bodies are in poses of the model, in rising order", str(poses_of[:8]), AGAIN)
         if len(weights) not in (1, regions):
             raise BadModel("the effect of the shape is given for each region, or for all", len(weights), AGAIN)
-        betas, reach = (
-            array_of(arrays, "betas", "float32", (len(bodies), None)),
-            array_of(arrays, "reach", "float32", (1,)),
-        )
+        betas, reach = array_of(arrays, "betas", "float32", (None, None)), array_of(arrays, "reach", "float32", (1,))
+        if "bodies" in arrays:
+            each = array_of(arrays, "bodies", "int32", (len(poses_of),))
+            if each.size and not (each.min() >= 0 and each.max() < len(betas)):
+                raise BadModel("the model names a body that does not exist", int(each.max()), AGAIN)
+            betas = betas[each]
+        elif len(betas) != len(poses_of):
+            raise BadModel("each garment of the model has betas", f"{len(betas)} of {len(poses_of)}", AGAIN)
         scale = array_of(arrays, "scale", "float32", (betas.shape[1], betas.shape[1]))
         if not (np.isfinite(reach[0]) and reach[0] >= 0 and np.isfinite(scale).all()):
             raise BadModel("the kernel over shapes has a finite reach and scale", float(reach[0]), AGAIN)
-        return cls(bodies, betas, weights.astype(np.float32), scale, float(reach[0]), steps)
+        return cls(poses_of, betas, weights.astype(np.float32), scale, float(reach[0]), sizes, steps)

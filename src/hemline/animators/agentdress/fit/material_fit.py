@@ -107,7 +107,8 @@ def fit_materials(
         changes.coordinates.astype(np.float32),
         best.weights.astype(np.float32),
         np.eye(changes.coordinates.shape[1], dtype=np.float32),
-        steps=best.steps,
+        sizes=np.stack([each.sizes for each in best.packed]),
+        steps=np.stack([each.steps for each in best.packed]),
     )
     figures = {
         "materials": float(len(changes.known)),

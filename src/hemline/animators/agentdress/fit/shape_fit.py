@@ -111,7 +111,8 @@ def _by_kernel(
         padded.astype(np.float32),
         best.weights.astype(np.float32),
         scale.astype(np.float32),
-        steps=best.steps,
+        sizes=np.stack([each.sizes for each in best.packed]),
+        steps=np.stack([each.steps for each in best.packed]),
     )
     figures = {
         "shape_kernel_width": best.width,

@@ -7,7 +7,7 @@ import numpy as np
 from hemline.animators.agentdress.pose_model import invert_definite, kernel, leave_groups_out
 from hemline.animators.agentdress.shape_samples import SHAPE_LENGTH_SCALE, kernel_over_shapes
 from hemline.arrays import Float, Int
-from hemline.learning.compensated_rounding import round_to_digits
+from hemline.learning.compensated_rounding import PackedWeights, round_to_digits
 
 from .leave_one_out import leave_one_out_mm
 
@@ -58,14 +58,14 @@ class ShapeKernelFit:
         ridge: Penalty added to the diagonal.
         weights: Weight $\alpha$ of each body, per region.
         leave_one_out: Residual of each body in a fit without its group.
-        steps: Steps of which the weights are whole multiples; None if they are not rounded.
+        packed: The same weights in 8 bits, for each region; empty if they are not rounded.
     """
 
     width: float
     ridge: float
     weights: Float[np.ndarray, "regions samples outputs"]
     leave_one_out: Float[np.ndarray, "regions samples outputs"]
-    steps: Float[np.ndarray, "regions outputs"] | None = None
+    packed: tuple[PackedWeights, ...] = ()
 
 
 def best_shape_kernel(
@@ -121,15 +121,14 @@ def fit_shape_kernel(
     """
     poses, outputs, identity = changes.poses, changes.outputs, np.eye(len(changes.poses))
     between = kernel_over_shapes(changes.coordinates, changes.coordinates, SHAPE_LENGTH_SCALE)
-    weights, residuals, steps = [], [], []
+    weights, residuals, packed = [], [], []
     for region in range(distances.shape[1]):
         gram = kernel(distances[:, region].astype(np.float64), width)[np.ix_(poses, poses)] * between
         inverse = invert_definite(gram + ridge * identity)
         solved = inverse @ outputs
         residuals.append(leave_groups_out(inverse, solved, changes.groups))
         if rounded:
-            digits, of_region = round_to_digits(solved, inverse)
-            solved = digits * of_region
-            steps.append(of_region)
+            packed.append(round_to_digits(solved, inverse))
+            solved = packed[-1].weights
         weights.append(solved)
-    return ShapeKernelFit(width, ridge, np.stack(weights), np.stack(residuals), np.stack(steps) if rounded else None)
+    return ShapeKernelFit(width, ridge, np.stack(weights), np.stack(residuals), tuple(packed))
