@@ -37,6 +37,7 @@ from hemline.animators.swingar.runtime import RuntimeEstimator
 from hemline.bodies import ShapedBody
 from hemline.garments import coarser_garment
 from hemline.garments.garment import Garment
+from hemline.learning.compensated_rounding import grid
 from hemline.learning.mlp import Mlp
 from hemline.learning.packed_basis import pack_basis
 from hemline.motions import Motion, Pose
@@ -115,6 +116,9 @@ def agentdress_model() -> AnimatorAgentDress:
     pose_basis = np.linalg.qr(smooth.T)[0].T
     drawn = np.linalg.qr(np.cumsum(random.normal(size=(4, garment.vertices.size)), axis=1).T)[0].T
     grown = np.concatenate([body().body.shapedirs[:4, binding.nearest], 1e-3 * drawn.reshape(4, -1, 3)])
+    digits = random.integers(-127, 128, (count, 7, 4))
+    sizes = random.uniform(0.2, 1, (count, 7)).astype(np.float16)
+    steps = random.uniform(1e-4, 2e-4, (count, 4)).astype(np.float32)
     tables = Tables(
         indices=binding.indices,
         weights=binding.weights,
@@ -130,8 +134,10 @@ def agentdress_model() -> AnimatorAgentDress:
         shapes=ShapeSamples(
             np.int32([0, 0, 1, 2, 2, 2, 2]),
             random.normal(size=(7, 5)).astype(np.float32),
-            (0.01 * random.normal(size=(count, 7, 4))).astype(np.float16).astype(np.float32),
+            digits * grid(sizes, steps),
             np.diag(np.float32([1.5, 0.5, 1, 1, 1])),
+            sizes=sizes,
+            steps=steps,
         ),
     )
     return AnimatorAgentDress(

@@ -58,8 +58,8 @@ def test_the_garments_are_on_the_mean_body_and_on_others(errors):
 
 
 def test_what_is_shown_is_nearer_than_the_paper_on_random_bodies_too(errors):
-    assert errors["shown"].mean() < PAPER_MM
-    assert errors["shown"][errors["mean body"]].mean() < 0.6 * PAPER_MM
+    assert errors["shown"][~errors["mean body"]].mean() < 0.6 * PAPER_MM
+    assert errors["shown"][errors["mean body"]].mean() < 0.4 * PAPER_MM
 
 
 def test_the_model_beats_skinning_that_is_dressed_on_the_same_body(errors):

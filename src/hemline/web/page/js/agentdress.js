@@ -41,17 +41,26 @@ export class AgentDress {
 
   /** Returns the effect of a shape (shape regions, poses, modes); animators/agentdress/shape_samples. */
   #effects(betas) {
-    const poses = this.tables["shapes.poses"], bodies = this.tables["shapes.betas"];
+    const poses = this.tables["shapes.poses"], betasOf = this.tables["shapes.betas"], bodies = this.tables["shapes.bodies"];
+    const sizes = this.tables["shapes.sizes"], steps = this.tables["shapes.steps"]; // of weights of 8 bits, if they are
     const weights = this.tables["shapes.weights"], [regions, samples, modes] = weights.shape;
-    const known = bodies.shape[1], scale = this.tables["shapes.scale"], [reach] = this.tables["shapes.reach"];
+    const known = betasOf.shape[1], scale = this.tables["shapes.scale"], [reach] = this.tables["shapes.reach"];
     const query = scaleBetas(features(betas, known).slice(0, known), scale);
     this.shapePoses = poses[samples - 1] + 1;
     const out = new Float32Array(regions * this.shapePoses * modes);
     for (let i = 0; i < samples; i++) {
-      const factor = shapeKernel(scaleBetas(bodies.subarray(i * known, (i + 1) * known), scale), query, reach);
+      const first = bodies[i] * known;
+      const factor = shapeKernel(scaleBetas(betasOf.subarray(first, first + known), scale), query, reach);
       for (let g = 0; g < regions; g++) {
         const from = (g * samples + i) * modes, to = (g * this.shapePoses + poses[i]) * modes;
-        for (let k = 0; k < modes; k++) out[to + k] += factor * weights[from + k];
+        const unit = sizes ? factor * sizes[g * samples + i] : factor;
+        for (let k = 0; k < modes; k++) out[to + k] += unit * weights[from + k];
+      }
+    }
+    if (steps) {
+      for (let to = 0; to < out.length; to++) {
+        const region = Math.floor(to / (this.shapePoses * modes));
+        out[to] *= steps[region * modes + (to % modes)];
       }
     }
     return out;
