@@ -82,8 +82,9 @@ def write_page(row: Row) -> str:
         Differs: the paper searches all poses that joints can take, by Markov chains, and settles the garment there.
         Here only cluster centres of recorded clips can be chosen, so that greedy sampling does not find implausible
         poses, which is the objection of the paper to it. The paper evaluates on all frames of 32 clips, this page on
-        poses that represent the clips of the fit. Greedy sampling starts with the central pose. Residuals are measured
-        after two steps of Newton's method, which first of all move the garment out of the body. The stiffness of the rigging is {row["stiffness"]:g}.
+        poses that represent the clips of the fit. Greedy sampling starts with the central pose. The garment is moved
+        out of the body and relaxed by two steps of Newton's method before its residual is measured. The stiffness of
+        the rigging is {row["stiffness"]:g}.
     """)
     return page.write(PAGES / "sampling.md")
 
