@@ -147,7 +147,7 @@ def _write_played(page: Page, played: Row, anchors: int) -> None:
         the {anchors} anchors on 17 shapes and their derivatives, and knows neither the other poses nor the random
         bodies; beside it stands our model with the drapes of these anchors alone. With arms lifted, our model takes the
         garment of a pose whose hanging arms are lifted by {LIFT_DEG:g} degrees, as in the anchors, and skinning hands
-        it back.
+        it back. Other names are files of models of the same garment.
     """)
     page.table({"what is compared": "", **PLAYED}, _sorted(played["errors_mm"]))
     page.section("Against a simulation in motion").text(f"""
