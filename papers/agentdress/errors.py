@@ -50,6 +50,7 @@ from papers.agentdress.models.paper_system import PaperSystem
 from papers.agentdress.report.drawing import draw_errors
 from papers.agentdress.settled.pairs import (
     Pair,
+    choose_pairs,
     cluster_centres,
     mean_distance_mm,
     settle_as_played,
@@ -268,7 +269,7 @@ def main() -> None:
         "pairs": len(pairs),
         "loose_pairs": sum(loose),
         "loosest": LOOSE,
-        "without_rest": options.pairs - len(pairs),
+        "without_rest": len(choose_pairs(options.pairs, options.seed, garment.body_name)) - len(pairs),
         "random_bodies_mm": _summary(random),
         "loose_bodies_mm": _summary(
             {
