@@ -84,6 +84,7 @@ def fit(
         raise BadInput(
             "other materials need kernels as pose and shape model", f"{config.pose_model}, {config.shape_model}", cure
         )
+    lift_deg = arm_lift_deg(dataset)
     for data in (dataset, *materials):
         _check_takes(data)
     if materials and all(not np.any(row.betas) for row in dataset.anchors()):
@@ -92,7 +93,6 @@ def fit(
             "the first of several datasets has the anchors, on bodies of many shapes", dataset.folder, cure
         )
     rows = rows_with_derivatives(dataset) if config.pose_model == "sor" else []
-    lift_deg = arm_lift_deg(dataset)
     anchors = AnchorSet.of(dataset, config)
     report("anchors", 1, 1)
     others = MaterialChanges.of(dataset.garment, anchors, materials) if materials else None
@@ -120,11 +120,12 @@ def _licences(data: Sequence[Dataset]) -> tuple[str, ...]:
 
 def _check_takes(dataset: Dataset) -> None:
     """Refuses anchors that were made on another body of the same name, and warns of ones settled in several ways."""
-    body, ways = dataset.body, Counter[str]()
+    body, ways = dataset.body, dict[str, Counter[str]]()
     for row in dataset.anchors():
         inputs = take_metadata(dataset.path(row.name))["inputs"]
         if "protocol" in inputs:
-            ways[f"'{inputs['protocol']}' of simulator {inputs.get('simulator', 0)}"] += 1
+            way = f"'{inputs['protocol']}' of simulator {inputs.get('simulator', 0)}"
+            ways.setdefault(inputs["protocol"].split()[0], Counter())[way] += 1
         made_on = inputs.get("body", body.hash)
         if made_on != body.hash:
             raise BadDataset(
@@ -132,9 +133,9 @@ def _check_takes(dataset: Dataset) -> None:
                 made_on,
                 "put that body back, or drape into a new folder",
             )
-    if len(ways) > 1:
+    for of_kind in (each for each in ways.values() if len(each) > 1):
         what = f"garments of {dataset.folder} were settled in different ways, and may contradict each other"
-        got = ", ".join(f"{count} by {way}" for way, count in ways.most_common())
+        got = ", ".join(f"{count} by {way}" for way, count in of_kind.most_common())
         warnings.warn(HemlineWarning(what, got, "drape them into a new folder for smaller errors"), stacklevel=3)
 
 
