@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hemline.errors import BadInput
-from hemline.motions.pose_clusters import cluster_poses, square_distances, without_heading
+from hemline.motions.pose_clusters import cluster_poses, farthest_poses, square_distances, without_heading
 from hemline.motions.quaternions import from_axis_angle, multiply
 
 ONES = np.ones(24)
@@ -89,3 +89,34 @@ def test_what_cannot_be_clustered_is_refused():
     for weights in (0 * ONES, -ONES, np.nan * ONES):
         with pytest.raises(BadInput, match="weights of joints are not negative"):
             cluster_poses(poses, weights, 2)
+
+
+def test_far_poses_are_the_rare_ones_and_leave_none_farther_than_the_last_step():
+    """Three heaps and five poses far from them: the five come first, then only poses nearer than each of them."""
+    poses = scattered()
+    rare = np.tile(poses[:1], (5, 1, 1))
+    for pose, joint in zip(rare, (1, 2, 4, 5, 16), strict=True):
+        pose[joint] = from_axis_angle(np.array([-2.0, 0.0, 0.0]))
+    poses = np.concatenate([poses, rare])
+    known = poses[[0, 40, 80]]
+    chosen = farthest_poses(poses, known, ONES, 12)
+    assert set(chosen[:5]) == set(range(120, 125)) and len(set(chosen)) == 12
+    steps = []
+    for number in range(12):
+        others = without_heading(np.concatenate([known, poses[chosen[:number]]]))
+        turns = [
+            [(2 * np.arccos(np.minimum(np.abs((p * o).sum(axis=1)), 1)) ** 2).sum() for o in others]
+            for p in without_heading(poses)
+        ]
+        away = np.min(2 * np.asarray(turns), axis=1)
+        steps.append(away.max())
+        assert away[chosen[number]] == pytest.approx(away.max(), rel=1e-6)
+    assert (np.diff(steps) <= 1e-9).all()
+
+
+def test_no_far_pose_is_a_known_one():
+    poses = np.repeat(scattered(count=1), 3, axis=0)
+    turned = multiply(from_axis_angle(np.array([0.0, 1.0, 0.0])), poses[:, 0])
+    same = np.concatenate([turned[:, None], poses[:, 1:]], axis=1)
+    assert len(farthest_poses(same, poses[:3], ONES, 9)) == 2
+    assert len(farthest_poses(same, poses, ONES, 9)) == 0

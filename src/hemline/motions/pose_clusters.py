@@ -13,6 +13,8 @@ ROUNDS = 50
 """Largest number of rounds of k-means."""
 MEAN_STEPS = 5
 """Number of steps towards a mean in each round."""
+DIFFERENT = 1e-9
+"""Square distance above which two poses differ."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,36 @@ def cluster_poses(
     one = _means(poses, np.zeros(len(poses), int), poses[:1])
     left = away[np.arange(len(poses)), owner].sum() / max(float(square_distances(poses, one, weights).sum()), 1e-12)
     return PoseClusters(means[order], tuple(members[k] for k in order), float(left))
+
+
+def farthest_poses(
+    rotations: Float[np.ndarray, "poses joints 4"],
+    known: Float[np.ndarray, "known joints 4"],
+    weights: Float[np.ndarray, " joints"],
+    count: int,
+) -> Int[np.ndarray, " count"]:
+    """Chooses poses one after the other, each the farthest from all known and chosen ones, regardless of heading.
+
+    The middle of a cluster is a common pose. These are the rare ones, such as the top of a kick.
+
+    Args:
+        rotations: Local rotations of each pose, unit quaternions.
+        known: Local rotations of poses that need not be chosen; at least one.
+        weights: Weight of each joint, not negative.
+        count: Number of poses to choose.
+
+    Returns:
+        Numbers of the chosen poses, in order of choice; fewer than `count` if no others differ from these.
+
+    Source: Gonzalez, "Clustering to minimize the maximum intercluster distance", 1985.
+    """
+    poses, chosen = without_heading(rotations), []
+    away = square_distances(poses, without_heading(known), weights).min(axis=1)
+    while len(chosen) < count and away.max(initial=0.0) > DIFFERENT:
+        chosen.append(int(away.argmax()))
+        away = np.minimum(away, square_distances(poses, poses[chosen[-1:]], weights)[:, 0])
+        away[chosen] = 0.0
+    return np.asarray(chosen, int)
 
 
 def _first_means(poses: np.ndarray, weights: np.ndarray, count: int, random: np.random.Generator) -> np.ndarray:

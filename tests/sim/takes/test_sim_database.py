@@ -41,7 +41,9 @@ def made(few_shapes, tmp_path_factory):
     clips = [motions.load("walk")[:60], motions.load("dance")[:90]]
     return (
         folder,
-        make_database(folder, shirt(), clips, 3, beside=2, hanging=1, random=3, progress=lambda *e: told.append(e)),
+        make_database(
+            folder, shirt(), clips, 3, beside=2, far=1, hanging=1, random=4, progress=lambda *e: told.append(e)
+        ),
         told,
     )
 
@@ -59,10 +61,11 @@ def test_anchors_are_poses_of_the_clips_on_all_shapes(made):
         betas = {dataset.take(name).betas[0] for name in anchor.names}
         assert betas == {-2.0, -1.0, 0.0, 1.0, 2.0}
     assert [len(each.names) for each in found.beside if each] == [1, 1]
-    for each, pose in zip(found.random, [*found.beside, *found.hanging], strict=True):
+    for each, pose in zip(found.random, [*found.beside, *found.far, *found.hanging], strict=True):
         take = dataset.take(each.names[0])
         assert take.motion[0].hash == pose.pose.hash and np.abs(take.betas[5:]).min() > 0
-    stages = [("clusters", 1, 1), ("anchors", 15, 15), ("poses", 2, 2), ("hanging arms", 1, 1), ("random bodies", 2, 2)]
+    stages = [("clusters", 1, 1), ("anchors", 15, 15), ("poses", 2, 2), ("far poses", 1, 1), ("hanging arms", 1, 1)]
+    stages += [("random bodies", 3, 3)]
     assert [told.index(each) for each in stages] == sorted(told.index(each) for each in stages)
     assert told[-1] == ("random bodies", 1, 1) and arm_lifts_deg(dataset) == {0.0, LIFT_DEG}
     hanging = dataset.take(found.hanging[0].names[0]).motion.rotations[0]
@@ -164,6 +167,8 @@ def test_bad_questions_are_refused(tmp_path, capsys):
         make_database(tmp_path / "none", shirt(), [walk], 0)
     with pytest.raises(BadInput, match="beside the anchors must not be negative; got -1"):
         make_database(tmp_path / "none", shirt(), [walk], 1, beside=-1)
+    with pytest.raises(BadInput, match="number of far poses must not be negative; got -1"):
+        make_database(tmp_path / "none", shirt(), [walk], 1, far=-1)
     with pytest.raises(BadInput, match="number of poses with hanging arms must not be negative; got -1"):
         make_database(tmp_path / "none", shirt(), [walk], 1, hanging=-1)
     with pytest.raises(BadInput, match="number of random bodies must not be negative; got -1"):

@@ -39,7 +39,7 @@ class DrapeOptions:
     """Number of betas to vary one at a time: each adds four bodies, at -2, -1, 1 and 2, to the mean body."""
     random: int = 0
     """Number of additional bodies of random shape.
-    With --anchors, each is settled in one pose of --poses, or of the anchors."""
+    With --anchors, each is settled in one pose of --poses or --far, or of the anchors."""
     seed: int = 0
     """Seed of the random bodies and of the choice of poses."""
     anchors: int = 0
@@ -47,6 +47,9 @@ class DrapeOptions:
     With 0, the garment is settled in the rest pose."""
     poses: int = 0
     """Number of additional poses to settle on the mean body alone. They are cheap and improve the pose model."""
+    far: int = 0
+    """Number of additional poses to settle on the mean body alone, each the farthest from all others of the clips.
+    These are rare ones, such as high kicks, in which cloth tears if a model knows nothing like them."""
     hanging: int = 0
     """Number of additional poses with hanging arms to settle on the mean body alone, and on a third of --random.
     In other poses arms are lifted off the torso, which leaves room for cloth, and a model has to lift them, too."""
@@ -81,19 +84,21 @@ def run(options: DrapeOptions) -> int:
     from hemline.sim import axis_shapes, produce_rests, random_shapes
 
     body = bodies.load(options.body)
-    if options.tour and (options.anchors or options.poses or options.hanging or options.poses_of is not None):
+    other_poses = (options.anchors, options.poses, options.far, options.hanging, options.poses_of is not None)
+    if options.tour and any(other_poses):
         raise BadInput("--tour stands alone", "other poses", "give them in a second run into the same folder")
     if bool(options.anchors) != bool(options.motion) and not options.tour:
         raise BadInput("--anchors and --motion belong together", "one of them", "give both, or neither")
     if options.poses and not options.anchors and options.poses_of is None:
         raise BadInput("--poses stand beside --anchors, or are those of --poses-of", "neither", "give one of the two")
-    if options.hanging and not options.anchors:
-        raise BadInput("--hanging poses stand beside --anchors", "no --anchors", "give both")
+    for name in ("far", "hanging"):
+        if getattr(options, name) and not options.anchors:
+            raise BadInput(f"--{name} poses stand beside --anchors", "no --anchors", "give both")
     if options.derivatives and not options.anchors:
         raise BadInput("--derivatives are those at the anchors", "no --anchors", "give both")
     if options.jobs < 1:
         raise BadInput("--jobs must be at least 1", options.jobs, "leave it out for 1")
-    for name in ("spread", "random", "seed", "anchors", "poses", "hanging", "tour"):
+    for name in ("spread", "random", "seed", "anchors", "poses", "far", "hanging", "tour"):
         if getattr(options, name) < 0:
             raise BadInput(f"--{name} must not be negative", getattr(options, name), "give 0 or more")
     if options.spread > len(body.shapedirs):
@@ -255,6 +260,7 @@ def _anchors(options: DrapeOptions) -> int:
             clips,
             options.anchors,
             beside=options.poses,
+            far=options.far,
             hanging=options.hanging,
             random=options.random,
             derivatives=options.derivatives,
@@ -267,15 +273,17 @@ def _anchors(options: DrapeOptions) -> int:
         {"cluster": number, "poses": len(members), "takes": list(anchor.names) if anchor else []}
         for number, (members, anchor) in enumerate(zip(database.clusters.members, database.anchors, strict=True))
     ]
-    found, beside, hanging, random = (
+    found, beside, far, hanging, random = (
         sum(each is not None for each in takes)
-        for takes in (database.anchors, database.beside, database.hanging, database.random)
+        for takes in (database.anchors, database.beside, database.far, database.hanging, database.random)
     )
     if options.json:
         print(json.dumps({"dataset": str(options.output), "anchors": rows}))
     else:
         poses = sum(row["poses"] for row in rows)
         print(f"{found} anchors on {len(database.shapes)} bodies, {beside} more on one, of {poses} poses")
+        if far:
+            print(f"{far} poses far from these on one body")
         if hanging:
             print(f"{hanging} poses with hanging arms on one body")
         if random:

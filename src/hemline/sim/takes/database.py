@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from hemline.arrays import Float
+from hemline.arrays import Float, Int
 from hemline.bodies.lifted_arms import LIFT_DEG, lift_pose_arms
 from hemline.datasets import Dataset, open_dataset
 from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
 from hemline.errors import BadInput, SimulationFailed
 from hemline.garments.garment import Garment
 from hemline.motions.motion import JOINT_COUNT, Motion, Pose
-from hemline.motions.pose_clusters import PoseClusters, cluster_poses, without_heading
+from hemline.motions.pose_clusters import PoseClusters, cluster_poses, farthest_poses, square_distances, without_heading
 from hemline.motions.quaternions import angle, inverse, multiply
 from hemline.sim.settings import SimSettings
 
@@ -50,8 +50,9 @@ class Database:
         anchors: Takes of each cluster, on the bodies on which the garment came to rest; None if it came to rest in no
             pose of the cluster.
         beside: Takes of the poses on the mean shape alone, or None likewise.
+        far: Takes of the poses far from all of these, on the mean shape alone, or None likewise.
         hanging: Takes of the poses with hanging arms on the mean shape alone, or None likewise.
-        random: Takes of the random bodies, each in a pose of `beside`, or of `anchors` if there is none, or of
+        random: Takes of the random bodies, each in a pose of `beside` or `far`, or of `anchors` if there is none, or of
             `hanging`, or None likewise.
         shapes: Betas of the bodies of the anchors.
     """
@@ -60,6 +61,7 @@ class Database:
     weights: Float[np.ndarray, " joints"]
     anchors: list[PosedTakes | None]
     beside: list[PosedTakes | None]
+    far: list[PosedTakes | None]
     hanging: list[PosedTakes | None]
     random: list[PosedTakes | None]
     shapes: list[tuple[float, ...]]
@@ -77,6 +79,7 @@ class Database:
         parts = [f"of {len(self.anchors)} anchors " + ", ".join(parts)] * bool(parts)
         for name, takes in (
             ("poses on one body", self.beside),
+            ("far poses", self.far),
             ("poses with hanging arms", self.hanging),
             ("random bodies", self.random),
         ):
@@ -92,6 +95,7 @@ def make_database(
     count: int,
     *,
     beside: int = 0,
+    far: int = 0,
     hanging: int = 0,
     random: int = 0,
     derivatives: bool = False,
@@ -115,12 +119,15 @@ def make_database(
         beside: Number of additional poses, the centres of as many clusters of their own, in which the garment is
             settled on the mean shape alone. Effects of poses need more takes than effects of shapes, and each costs a
             seventeenth.
+        far: Number of additional poses that are farthest from all of these, such as high kicks, in which the garment is
+            settled on the mean shape alone. The middles of clusters are common poses.
         hanging: Number of additional poses with hanging arms, which are not lifted, in which the garment is settled on
             the mean shape alone. Cloth is pinched in the armpits there. A model that is fitted to such poses need not
             lift arms, nor hand a garment back by skinning.
         random: Number of bodies of random shapes, with all betas drawn, on each of which the garment is settled in one
-            of the poses beside the anchors, in turn, or of the anchors; and on one body of three in a pose with hanging
-            arms, if there are any. The seventeen bodies vary the first four betas alone, one at a time.
+            of the poses beside the anchors or far from them, in turn, or of the anchors; and on one body of three in a
+            pose with hanging arms, if there are any. The seventeen bodies vary the first four betas alone, one at a
+            time.
         derivatives: Whether to settle the garment on the mean shape in each anchor's pose once more, with derivatives
             by every joint, for sensitivity-optimised rigging.
         seed: Seed of the clustering and of the random bodies.
@@ -142,6 +149,7 @@ def make_database(
     tell = progress or (lambda stage, done, total: None)
     for name, number in (
         ("poses beside the anchors", beside),
+        ("far poses", far),
         ("poses with hanging arms", hanging),
         ("random bodies", random),
     ):
@@ -216,12 +224,13 @@ def make_database(
     anchors = settle_in("anchors", clusters.members, poses, shapes)
     single = cluster_poses(poses, weights, beside, seed=seed + 1).members if beside else ()
     beside_takes = settle_in("poses", single, poses, [()])
+    far_takes = settle_in("far poses", _far_members(poses, [*clusters.members, *single], weights, far), poses, [()])
     low = hanging_poses(clips) if hanging else poses[:0]
     low_members = cluster_poses(low, weights, hanging, seed=seed + 2).members if hanging else ()
     hanging_takes = settle_in("hanging arms", low_members, low, [()], HANGING)
     drawn = random_shapes(body, random, seed + SEED_OF_BODIES)
     lifted = random - random // RANDOM_HANGING if any(hanging_takes) else random
-    scattered = scatter(beside_takes if beside else anchors, drawn[:lifted], LIFTED)
+    scattered = scatter([*beside_takes, *far_takes] or anchors, drawn[:lifted], LIFTED)
     scattered += scatter(hanging_takes, drawn[lifted:], HANGING)
     if derivatives:
         produce_posed(
@@ -234,7 +243,21 @@ def make_database(
             scheduler=scheduler,
             report=_counter(tell, "derivatives", count),
         )
-    return Database(clusters, weights, anchors, beside_takes, hanging_takes, scattered, shapes)
+    return Database(clusters, weights, anchors, beside_takes, far_takes, hanging_takes, scattered, shapes)
+
+
+def _far_members(
+    poses: Float[np.ndarray, "poses joints 4"],
+    members: Sequence[Int[np.ndarray, " _members"]],
+    weights: Float[np.ndarray, " joints"],
+    count: int,
+) -> list[Int[np.ndarray, " _members"]]:
+    """Returns for each pose far from the first ones of all clusters that pose, and then those nearest to it."""
+    if not count:
+        return []
+    chosen = farthest_poses(poses, poses[[each[0] for each in members]], weights, count)
+    away = square_distances(poses[chosen], poses, weights)
+    return [np.argsort(each, kind="stable")[:MAX_STAND_INS] for each in away]
 
 
 def _check_t_poses(dataset: Dataset, garment: Garment, t_poses: Sequence[PosedTakes | None]) -> None:
