@@ -53,10 +53,14 @@ class Tables:
     rigged: RiggedTables | None = None
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Returns the arrays of a model file; weights of poses and effects of the shape at rest have half precision."""
+        """Returns the arrays of a model file.
+
+        Weights of poses and regions and effects of the shape at rest have half precision there; bones are bytes.
+        """
         parts = {"basis": self.basis, "shapes": self.shapes} | ({"rigged": self.rigged} if self.rigged else {})
         own = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("basis", "shapes", "rigged")}
-        own |= {name: own[name].astype(np.float16) for name in ("rest_effects", "pose_weights")}
+        own |= {name: own[name].astype(np.float16) for name in ("rest_effects", "pose_weights", "regions")}
+        own["indices"] = own["indices"].astype(np.uint8)
         return own | {f"{part}.{name}": array for part, of in parts.items() for name, array in of.arrays().items()}
 
     def at_vertices(self, kept: Int[np.ndarray, " kept"]) -> Self:
@@ -74,7 +78,7 @@ class Tables:
         Raises:
             BadModel: An array is missing or has the wrong type or shape.
         """
-        regions = array_of(arrays, "regions", "float32", (vertices, None))
+        regions = array_of(arrays, "regions", ("float16", "float32"), (vertices, None))
         rotations = array_of(arrays, "rotations", "float32", (None, JOINT_COUNT, 4))
         pose_weights = array_of(
             arrays, "pose_weights", ("float16", "float32"), (regions.shape[1], len(rotations), None)
@@ -83,7 +87,7 @@ class Tables:
         basis = PackedBasis.of(part(arrays, "basis"), vertex_count=vertices)
         if basis.mode_count != pose_weights.shape[2] + shapes.weights.shape[2]:
             raise BadModel("the basis has a mode for each output of poses and shapes", basis.mode_count, AGAIN)
-        indices = array_of(arrays, "indices", "int32", (vertices, INFLUENCES))
+        indices = array_of(arrays, "indices", ("uint8", "int32"), (vertices, INFLUENCES)).astype(np.int32)
         nearest = array_of(arrays, "nearest", "int32", (vertices,))
         for name, array, limit in (("bone", indices, JOINT_COUNT), ("vertex of the body", nearest, body_vertices)):
             if array.size and not (array.min() >= 0 and array.max() < limit):
@@ -92,7 +96,7 @@ class Tables:
             indices=indices,
             weights=array_of(arrays, "weights", "float32", (vertices, INFLUENCES)),
             nearest=nearest,
-            regions=regions,
+            regions=regions.astype(np.float32),
             axes=array_of(arrays, "axes", "float32", (regions.shape[1], 3 * JOINT_COUNT)),
             rotations=rotations,
             rest=array_of(arrays, "rest", "float32", (vertices, 3)),

@@ -47,7 +47,7 @@ FEWEST, MANY = 0.01, 0.03
 """Fraction of violated constraints after the first sweeps from which control vertices are moved, and moved in full."""
 COARSE_SWEEPS, FINE_SWEEPS = 6, 6
 """Sweeps of each round."""
-COVER_MARGIN = np.float32(0.01)
+COVER_MARGIN = np.float32(0.005)
 """Skin farther behind the cloth than this at the start of a round is not looked at in the round [m]."""
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hemline.bodies import PosedBody
 
 LONGEST_WAY = 0.015
-"""A vertex that a step before has kept over its own skin is not led out farther than this, but counts as pinched: its
+"""A vertex that a step before has kept over its own skin is not moved farther than this, but counts as pinched: its
 neighbours were kept over the same skin [m]."""
 ROUNDING_UNITS = 16
 """Rounding of a point that goes into the bone's frame and back, in units of its last place there."""
@@ -91,13 +91,17 @@ class ProjectedFrame:
         self.cloth = Cloth(self.points, self.places, self.state.anchors, self.state.heights, self.state.offsets)
 
     def start_from(self, contact: NearestSkin) -> None:
-        """Forgets, for each vertex with a known place on the skin, where it was kept in earlier frames."""
+        """Forgets, for each vertex with a known place on the skin, where it was kept in earlier frames.
+
+        The height there may be that over a plane, while other skin is nearer, so such a vertex is measured in every
+        frame: measured in some only, it would flicker on a body that stands still.
+        """
         order, state = self.projector.on_body.order, self.state
         faces = contact.faces[order]
         known = faces >= 0
         self.held = known
         state.anchors[known] = faces[known]
-        state.heights[known] = contact.heights[order][known]
+        state.heights[known] = np.minimum(contact.heights[order][known], 2 * self.distances.margin)
         state.offsets[known] = 0
 
     def project(self, dt: float) -> tuple[ProjectorState, Vertices, ProjectionReport]:
@@ -162,7 +166,8 @@ class ProjectedFrame:
     ) -> Int[np.ndarray, " blocked"]:
         """Returns which vertices are free neither where they were nor at their new position.
 
-        A vertex that was free before is put back: `positions` is changed.
+        A vertex that was free before is put back, and so is one that would go farther than `LONGEST_WAY`, which counts
+        as blocked: `positions` is changed.
         """
         count, state = len(ids), self.state
         doubtful, blocked, tests = (
@@ -176,7 +181,14 @@ class ProjectedFrame:
         )
         winding, touching = self.windings(tests[:listed], ids[doubtful[:listed]])
         blocked_count = restore_free(self.points, ids, proposal, doubtful[:listed], winding, touching, blocked)
-        return blocked[:blocked_count]
+        return np.union1d(blocked[:blocked_count], self.put_back_far(ids, positions))
+
+    def put_back_far(self, ids: Int[np.ndarray, " near"], positions: Points) -> Int[np.ndarray, " far"]:
+        """Puts held vertices back that would go farther than `LONGEST_WAY`; returns which: `positions` is changed."""
+        ways = positions - self.points[ids]
+        far = np.flatnonzero(self.held[ids] & (np.einsum("ij,ij->i", ways, ways) > LONGEST_WAY**2)).astype(np.int32)
+        positions[far] = self.points[ids[far]]
+        return far
 
     def penetration(
         self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]
