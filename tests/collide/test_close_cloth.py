@@ -197,6 +197,22 @@ def test_sleeves_between_arms_and_chest_are_not_torn():
         assert max(longest(player.garment, frame.vertices) for frame in frames) < 2.5
 
 
+def test_a_cuff_that_reaches_over_the_thumb_of_a_small_hand_is_not_torn_apart():
+    """The animator has it in the middle of the hand; led out on both sides, its edges were twelve times too long."""
+    small = hemline.bodies.load("anny24").shaped((-1.0, 1.0))
+    player, walk = hemline.Player.prepare(hemline.load("longsleeve-light"), small), hemline.motions.load("walk")
+    walk = small.untangle_motion(walk.resample(30.0))
+    state = player.start(walk[0])
+    for index in range(24):
+        state, frame = player.step(state, walk[index], 1 / 30)
+        assert longest(player.garment, frame.before_projection) < 2.0
+        assert longest(player.garment, frame.vertices) < 2.5
+        found = inside(frame.body.vertices, frame.body.faces, frame.vertices)
+        found[frame.report.pinched] = False
+        assert not found.any()
+        assert len(frame.report.pinched) < 0.015 * len(frame.vertices)
+
+
 def test_on_a_large_body_nothing_is_torn_that_the_animator_left_whole():
     """A body far from that of the fit: the skin that is a vertex's own is found on the body of the fit."""
     model, large = hemline.load("longsleeve-light"), hemline.bodies.load("anny24").shaped((2.0, -1.0))

@@ -144,6 +144,7 @@ class CloseCloth:
         hold_close(surface.skin, self.model, at_rest, points, self.distances, self.limits, found, moved)
         contact = NearestSkin.unknown(count)
         contact.faces[order], contact.heights[order] = found.faces, found.heights
+        contact.pinched[order] = found.pinched
         return surface.out_of_bone_frame(moved, order), contact
 
 

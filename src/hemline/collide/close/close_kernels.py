@@ -26,6 +26,13 @@ UNSETTLED = np.float32(2e-4)
 TOO_LONG = np.float32(1.02)
 """Length of an edge over its limit from which it counts when the sweeps have ended."""
 
+TORN = np.float32(1.7)
+"""Length of an edge over its limit from which half-spaces are taken to tear the cloth apart."""
+HELD_BACK = np.float32(0.003)
+"""A vertex that a half-space keeps farther than this from where the animator has it may be given up [m]."""
+GIVING_UP = 5
+"""Rounds in which vertices are given up, at most."""
+
 
 class CloseModel(NamedTuple):
     """A garment that lies close to the body, as the kernel takes it; vertices are in the kernels' order."""
@@ -191,6 +198,40 @@ def sweep_constraints(skin, close, longest, found, count, limits, moved):
 
 
 @kernel
+def give_up_torn(edges, longest, points, found, count, moved):
+    """Gives up vertices whose half-spaces tear the cloth: it goes through the middle of a limb.
+
+    Half-spaces on opposite sides of a limb would lead neighbours out in opposite directions. Those at the ends of a
+    torn edge follow their neighbours instead, from where the animator has them.
+
+    Reads: edges (edges, 2); longest (edges,): longest lengths [m]; points (verts, 3): the garment of the animator [m].
+    Writes: found: the list of half-spaces, and who is pinched; moved (verts, 3) [m].
+    Returns: The number of vertices that still have a half-space.
+    """
+    planes, pinched, kept = found.planes, found.pinched, np.zeros(len(points), np.bool_)
+    for k in range(count):
+        kept[_index(found.listed[k])] = True
+    for e in range(len(edges)):
+        a, b, most = _index(edges[e, 0]), _index(edges[e, 1]), TORN * longest[e]
+        x, y, z = moved[b, 0] - moved[a, 0], moved[b, 1] - moved[a, 1], moved[b, 2] - moved[a, 2]
+        if x * x + y * y + z * z <= most * most:
+            continue
+        for i in (a, b):
+            height = planes[i, 0] * points[i, 0] + planes[i, 1] * points[i, 1] + planes[i, 2] * points[i, 2]
+            if kept[i] and height - planes[i, 3] < -HELD_BACK:
+                pinched[i] = True
+    left = 0
+    for k in range(count):
+        i = _index(found.listed[k])
+        if pinched[i]:
+            moved[i, 0], moved[i, 1], moved[i, 2] = points[i, 0], points[i, 1], points[i, 2]
+        else:
+            found.listed[left] = found.listed[k]
+            left += 1
+    return left
+
+
+@kernel
 def move_controls(model, longest, found, count, limits, weight, moved):
     """Brings the edges between control vertices within their limits, and moves all vertices with these.
 
@@ -253,6 +294,12 @@ def hold_close(skin, close, rest, points, distances, limits, found, moved):
                 if close.fine.free[i] == 0:
                     moved[i, 0], moved[i, 1], moved[i, 2] = points[i, 0], points[i, 1], points[i, 2]
         follow_planes(skin, moved, distances.gap, found, count)
+    for _round in range(GIVING_UP):
+        left = give_up_torn(close.fine.edges, longest, points, found, count, moved)
+        if left == count:
+            break
+        count = left
+        sweep_constraints(skin, close, longest, found, count, limits, moved)
     for k in range(count):
         i = _index(found.listed[k])
         x, y, z = moved[i, 0], moved[i, 1], moved[i, 2]

@@ -80,7 +80,7 @@ class ProjectedFrame:
             hidden=state.hidden.copy(),
             offsets=state.offsets.copy(),
         )
-        self.held = np.zeros(len(self.points), np.bool_)
+        self.held, self.given_up = np.zeros(len(self.points), np.bool_), np.zeros(len(self.points), np.bool_)
         if contact is not None:
             self.start_from(contact)
         self.in_contact, self.places = places is not None, np.full(len(self.points), -1, np.int64)
@@ -99,7 +99,7 @@ class ProjectedFrame:
         order, state = self.projector.on_body.order, self.state
         faces = contact.faces[order]
         known = faces >= 0
-        self.held = known
+        self.held, self.given_up = known, contact.pinched[order]
         state.anchors[known] = faces[known]
         state.heights[known] = np.minimum(contact.heights[order][known], 2 * self.distances.margin)
         state.offsets[known] = 0
@@ -166,8 +166,8 @@ class ProjectedFrame:
     ) -> Int[np.ndarray, " blocked"]:
         """Returns which vertices are free neither where they were nor at their new position.
 
-        A vertex that was free before is put back, and so is one that would go farther than `LONGEST_WAY`, which counts
-        as blocked: `positions` is changed.
+        A vertex that was free before is put back, and so is one that would go farther than `LONGEST_WAY` or that was
+        given up in a step before, which count as blocked: `positions` is changed.
         """
         count, state = len(ids), self.state
         doubtful, blocked, tests = (
@@ -184,9 +184,11 @@ class ProjectedFrame:
         return np.union1d(blocked[:blocked_count], self.put_back_far(ids, positions))
 
     def put_back_far(self, ids: Int[np.ndarray, " near"], positions: Points) -> Int[np.ndarray, " far"]:
-        """Puts held vertices back that would go farther than `LONGEST_WAY`; returns which: `positions` is changed."""
+        """Puts vertices back that were given up or would go farther than `LONGEST_WAY`; returns which."""
         ways = positions - self.points[ids]
-        far = np.flatnonzero(self.held[ids] & (np.einsum("ij,ij->i", ways, ways) > LONGEST_WAY**2)).astype(np.int32)
+        square = np.einsum("ij,ij->i", ways, ways)
+        far = self.held[ids] & (square > LONGEST_WAY**2) | self.given_up[ids] & (square > 0)
+        far = np.flatnonzero(far).astype(np.int32)
         positions[far] = self.points[ids[far]]
         return far
 
@@ -267,7 +269,7 @@ class ProjectedFrame:
             signed[blocked] = self.state.heights[vertices]
         winding, touching = self.windings(escapes.trials, vertices)
         ways = np.linalg.norm(escapes.trials - self.points[vertices], axis=1)
-        touching |= self.held[vertices] & (ways > LONGEST_WAY)
+        touching |= self.held[vertices] & (ways > LONGEST_WAY) | self.given_up[vertices]
         still = np.empty(len(blocked), np.int32)
         still = still[: take_escapes(blocked, winding, touching, escapes, positions, still)]
         return still, escapes.trials[still]

@@ -4,7 +4,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from hemline.arrays import Float, Int
+from hemline.arrays import Bool, Float, Int
 
 
 class NearestSkin(NamedTuple):
@@ -15,10 +15,12 @@ class NearestSkin(NamedTuple):
     far away."""
     heights: Float[np.ndarray, " verts"]
     """Height over that face [m], negative behind it; without meaning where no face is known."""
+    pinched: Bool[np.ndarray, " verts"]
+    """Vertices that are not kept over any skin: each way out would tear them from their neighbours."""
 
     def part(self, low: int, high: int) -> Self:
         """Returns the contact of the vertices from `low` to before `high`."""
-        return type(self)(self.faces[low:high], self.heights[low:high])
+        return type(self)(*(each[low:high] for each in self))
 
     @classmethod
     def unknown(cls, count: int) -> Self:
@@ -27,4 +29,4 @@ class NearestSkin(NamedTuple):
         Args:
             count: Number of vertices.
         """
-        return cls(np.full(count, -1), np.zeros(count, np.float32))
+        return cls(np.full(count, -1), np.zeros(count, np.float32), np.zeros(count, np.bool_))

@@ -162,7 +162,8 @@ def hold_close(
     held, contact = vertices.copy(), NearestSkin.unknown(len(vertices))
     for low, high, cloth in pieces:
         held[low:high], near = cloth.step(posed, vertices[low:high], rest[low:high], surface=surface)
-        contact.faces[low:high], contact.heights[low:high] = near.faces, near.heights
+        for known, found in zip(contact, near, strict=True):
+            known[low:high] = found
     return held, contact
 
 
