@@ -131,12 +131,12 @@ def test_what_a_database_lacks_is_said_in_one_line(shaped):
     partial = PosedTakes(pose, ("g", "h"), 1)
     empty = PoseClusters(np.zeros((0, 24, 4)), (), 0.0)
     weights = np.ones(24)
-    assert Database(empty, weights, [full], [full], [], [], shapes).shortfall() is None
+    assert Database(empty, weights, [full], [full], [], [], [], shapes).shortfall() is None
     line = Database(
-        empty, weights, [full, other, partial, None], [full, None], [full, None, None], [None], shapes
+        empty, weights, [full, other, partial, None], [full, None], [None, None], [full, None, None], [None], shapes
     ).shortfall()
     assert line == (
         "of 4 anchors 2 in another pose of their cluster, 1 without some bodies (1 of 3), 1 left out, as no pose of "
-        "their cluster came to rest; 1 of 2 poses on one body left out; 2 of 3 poses with hanging arms left out; "
-        "1 of 1 random bodies left out"
+        "their cluster came to rest; 1 of 2 poses on one body left out; 2 of 2 far poses left out; "
+        "2 of 3 poses with hanging arms left out; 1 of 1 random bodies left out"
     )

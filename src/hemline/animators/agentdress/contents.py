@@ -19,8 +19,8 @@ from .tables import Tables
 VERSION, READABLE = 6, (5, 6)
 """Version of the AgentDress part of a model file, `agentdress.version` in its metadata, and the versions that are read.
 
-In version 5, weights of poses and regions were float32, weights of shapes float16, numbers of bones int32, and betas
-stood there once a garment."""
+In version 5, weights of poses were float32, weights of shapes float16, numbers of bones int32, and betas stood there
+once a garment."""
 
 
 def arrays_of(tables: Tables, materials: Materials | None) -> dict[str, np.ndarray]:

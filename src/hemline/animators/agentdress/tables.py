@@ -55,11 +55,11 @@ class Tables:
     def arrays(self) -> dict[str, np.ndarray]:
         """Returns the arrays of a model file.
 
-        Weights of poses and regions and effects of the shape at rest have half precision there; bones are bytes.
+        Weights of poses and effects of the shape at rest have half precision there; numbers of bones are bytes.
         """
         parts = {"basis": self.basis, "shapes": self.shapes} | ({"rigged": self.rigged} if self.rigged else {})
         own = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("basis", "shapes", "rigged")}
-        own |= {name: own[name].astype(np.float16) for name in ("rest_effects", "pose_weights", "regions")}
+        own |= {name: own[name].astype(np.float16) for name in ("rest_effects", "pose_weights")}
         own["indices"] = own["indices"].astype(np.uint8)
         return own | {f"{part}.{name}": array for part, of in parts.items() for name, array in of.arrays().items()}
 
@@ -78,7 +78,7 @@ class Tables:
         Raises:
             BadModel: An array is missing or has the wrong type or shape.
         """
-        regions = array_of(arrays, "regions", ("float16", "float32"), (vertices, None))
+        regions = array_of(arrays, "regions", "float32", (vertices, None))
         rotations = array_of(arrays, "rotations", "float32", (None, JOINT_COUNT, 4))
         pose_weights = array_of(
             arrays, "pose_weights", ("float16", "float32"), (regions.shape[1], len(rotations), None)
@@ -96,7 +96,7 @@ class Tables:
             indices=indices,
             weights=array_of(arrays, "weights", "float32", (vertices, INFLUENCES)),
             nearest=nearest,
-            regions=regions.astype(np.float32),
+            regions=regions,
             axes=array_of(arrays, "axes", "float32", (regions.shape[1], 3 * JOINT_COUNT)),
             rotations=rotations,
             rest=array_of(arrays, "rest", "float32", (vertices, 3)),

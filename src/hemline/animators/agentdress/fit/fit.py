@@ -160,7 +160,7 @@ def fit_anchors(
     """
     body, binding, report = anchors.body, anchors.binding, progress
     shaped = body.shaped(garment.body_betas)
-    regions = _round_to_half(region_weights(binding))
+    regions = region_weights(binding)
     axes = _axes(regions, anchors.sensitivity[1], anchors.rotations)
     report("pose model", 0, 1)
     image = mirror_image(garment, body) if config.mirror and config.by_kernels else None
@@ -177,7 +177,7 @@ def fit_anchors(
         indices=binding.indices,
         weights=binding.weights,
         nearest=binding.nearest,
-        regions=regions,
+        regions=regions.astype(np.float32),
         axes=axes.astype(np.float32),
         rotations=pose.rotations.astype(np.float32),
         rest=anchors.rest.mean.reshape(-1, 3).astype(np.float32),
