@@ -15,6 +15,7 @@ from hemline.datasets.joint_sensitivity import joint_weights, mean_sensitivity
 from hemline.errors import BadDataset, BadInput
 from hemline.garments import coarser_garment
 from hemline.motions.motion import JOINT_NAMES, Motion
+from hemline.motions.pose_clusters import square_distances
 from hemline.sim import make_database
 from hemline.sim.takes import database
 from hemline.sim.takes.database import hanging_poses, sample_poses
@@ -41,9 +42,7 @@ def made(few_shapes, tmp_path_factory):
     clips = [motions.load("walk")[:60], motions.load("dance")[:90]]
     return (
         folder,
-        make_database(
-            folder, shirt(), clips, 3, beside=2, far=1, hanging=1, random=4, progress=lambda *e: told.append(e)
-        ),
+        make_database(folder, shirt(), clips, 3, beside=2, hanging=1, random=3, progress=lambda *e: told.append(e)),
         told,
     )
 
@@ -61,11 +60,10 @@ def test_anchors_are_poses_of_the_clips_on_all_shapes(made):
         betas = {dataset.take(name).betas[0] for name in anchor.names}
         assert betas == {-2.0, -1.0, 0.0, 1.0, 2.0}
     assert [len(each.names) for each in found.beside if each] == [1, 1]
-    for each, pose in zip(found.random, [*found.beside, *found.far, *found.hanging], strict=True):
+    for each, pose in zip(found.random, [*found.beside, *found.hanging], strict=True):
         take = dataset.take(each.names[0])
         assert take.motion[0].hash == pose.pose.hash and np.abs(take.betas[5:]).min() > 0
-    stages = [("clusters", 1, 1), ("anchors", 15, 15), ("poses", 2, 2), ("far poses", 1, 1), ("hanging arms", 1, 1)]
-    stages += [("random bodies", 3, 3)]
+    stages = [("clusters", 1, 1), ("anchors", 15, 15), ("poses", 2, 2), ("hanging arms", 1, 1), ("random bodies", 2, 2)]
     assert [told.index(each) for each in stages] == sorted(told.index(each) for each in stages)
     assert told[-1] == ("random bodies", 1, 1) and arm_lifts_deg(dataset) == {0.0, LIFT_DEG}
     hanging = dataset.take(found.hanging[0].names[0]).motion.rotations[0]
@@ -83,6 +81,18 @@ def test_poses_with_hanging_arms_are_those_that_a_lift_would_change():
     raised = Motion(np.tile([1.0, 0, 0, 0], (5, 24, 1)), np.zeros((5, 3)), fps=30.0, leg_length=0.9)
     with pytest.raises(BadInput, match="no arm hangs in any pose of the clips"):
         hanging_poses([raised])
+
+
+@pytest.mark.slow
+def test_a_far_pose_is_unlike_the_anchors_and_random_bodies_take_it_in_turn(few_shapes, tmp_path):
+    clips = [motions.load("walk")[:60], motions.load("dance")[:90]]
+    found, poses = make_database(tmp_path / "far", shirt(), clips, 2, far=1, random=1), sample_poses(clips)
+    (far,), (scattered,) = found.far, found.random
+    anchors = np.array([each.pose.rotations for each in found.anchors if each])
+    away = square_distances(poses, anchors, found.weights).min(axis=1)
+    own = square_distances(far.pose.rotations[None], anchors, found.weights).min()
+    assert far.candidate == 0 and own > np.percentile(away, 95)
+    assert scattered.pose.hash == far.pose.hash and found.beside == found.hanging == []
 
 
 @pytest.mark.slow
