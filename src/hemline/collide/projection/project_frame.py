@@ -181,16 +181,19 @@ class ProjectedFrame:
         )
         winding, touching = self.windings(tests[:listed], ids[doubtful[:listed]])
         blocked_count = restore_free(self.points, ids, proposal, doubtful[:listed], winding, touching, blocked)
-        return np.union1d(blocked[:blocked_count], self.put_back_far(ids, positions))
+        return np.union1d(blocked[:blocked_count], self.put_back(ids, positions))
 
-    def put_back_far(self, ids: Int[np.ndarray, " near"], positions: Points) -> Int[np.ndarray, " far"]:
-        """Puts vertices back that were given up or would go farther than `LONGEST_WAY`; returns which."""
+    def put_back(self, ids: Int[np.ndarray, " near"], positions: Points) -> Int[np.ndarray, " back"]:
+        """Puts vertices back that were given up or would go farther than `LONGEST_WAY`; returns which.
+
+        `positions` is changed.
+        """
         ways = positions - self.points[ids]
         square = np.einsum("ij,ij->i", ways, ways)
-        far = self.held[ids] & (square > LONGEST_WAY**2) | self.given_up[ids] & (square > 0)
-        far = np.flatnonzero(far).astype(np.int32)
-        positions[far] = self.points[ids[far]]
-        return far
+        far = self.held[ids] & (square > LONGEST_WAY**2)
+        back = np.flatnonzero(far | self.given_up[ids] & (square > 0)).astype(np.int32)
+        positions[back] = self.points[ids[back]]
+        return back
 
     def penetration(
         self, ids: Int[np.ndarray, " near"], signed: Float[np.ndarray, " near"]
